@@ -1,0 +1,34 @@
+# make compare: install into .venv and run the main job; make test: the same for the tests.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: compare test lint slow clean
+
+compare: $(VENV)/installed
+	$(BIN)/renderer compare
+
+test: $(VENV)/tested
+	$(BIN)/pytest -m "not slow"
+
+slow: $(VENV)/tested
+	$(BIN)/pytest -m slow
+
+lint: $(VENV)/tested
+	$(BIN)/ruff check .
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "renderer needs Python 3.11 or newer; try: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed: pyproject.toml $(BIN)/python
+	$(BIN)/pip install --quiet --editable .
+	@touch $@
+
+$(VENV)/tested: pyproject.toml $(BIN)/python
+	$(BIN)/pip install --quiet --editable '.[test]'
+	@touch $@ $(VENV)/installed
+
+clean:
+	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .hypothesis

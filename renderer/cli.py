@@ -1,0 +1,285 @@
+"""The command line: arguments and messages only."""
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, CycloptsError, Parameter
+
+from renderer.errors import InputError, SolveError
+
+app = App(name="renderer", help="Does it matter that lighting software models colour as RGB? "
+          "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
+          "measures the difference.", version_flags=["--version"], help_format="plaintext")
+
+NOT_REACHED = ("renderer: warning: {scene}: the reading {name!r} is ± {got:.2%}, not the {asked:.2%} "
+               "asked; give a smaller --accuracy.")
+
+
+def _accuracy(_type, tokens) -> float:
+    """`1%` or `0.01`."""
+    text = tokens[0].value.strip()
+    try:
+        value = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        value = float("nan")
+    if not 1e-4 <= value <= 0.5:
+        raise InputError(f"--accuracy is {text!r}; must be from 0.01% to 50%, as 1% or 0.01.")
+    return value
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Output:
+    """Where results go."""
+
+    out: Path = Path("outputs")
+    "Folder for results."
+    quiet: Annotated[bool, Parameter(negative="")] = False
+    "No progress on stderr."
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Solving:
+    """How a scene is solved."""
+
+    bands: str | None = None
+    "rgb or 31; else as the scene says."
+    accuracy: Annotated[float | None, Parameter(converter=_accuracy)] = None
+    "Of readings, as 1% or 0.01; else as the scene says."
+    seed: int | None = None
+    "Of everything random; else as the scene says."
+    no_cache: Annotated[bool, Parameter(negative="")] = False
+    "Use nothing kept between runs (nothing is kept yet)."
+
+    def checked(self) -> "Solving":
+        """Refuse what the types let through."""
+        from renderer.colour.bands import BAND_SETS
+
+        if self.bands is not None and self.bands not in BAND_SETS:
+            raise InputError(f"--bands is {self.bands!r}; must be one of {', '.join(BAND_SETS)}.")
+        if self.seed is not None and self.seed < 0:
+            raise InputError(f"--seed is {self.seed}; must be 0 or more.")
+        return self
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator:
+    """Something to call with each step: a spinner on a terminal, a line a step elsewhere."""
+    if quiet:
+        yield lambda step: None
+        return
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda step: print(f"renderer: {step}", file=sys.stderr)
+        return
+    with console.status("starting") as status:
+        yield lambda step: status.update(step)
+
+
+def _show(title: str, columns: list[str], rows: list[list[str]]) -> None:
+    """A table on stdout, as wide as it needs to be."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, box=box.SIMPLE, title_justify="left")
+    for k, column in enumerate(columns):
+        table.add_column(column, justify="left" if k == 0 else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=200)
+    console.print(table)
+
+
+def _warn(solution, readings, asked: float) -> None:
+    """Say on stderr what a run did not reach."""
+    for r in readings:
+        if r.total_lx > 0 and r.uncertainty > asked * r.total_lx:
+            print(NOT_REACHED.format(scene=solution.scene.title, name=r.name, asked=asked,
+                                     got=r.uncertainty / r.total_lx), file=sys.stderr)
+
+
+def _list_files(files: list[Path], out: Path) -> None:
+    print(f"{len(files)} files in {out}{'/' if str(out) != '/' else ''}: "
+          + ", ".join(str(f.relative_to(out)) for f in files if f.parent == out))
+
+
+@app.command
+def compare(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
+    """Rooms side by side in RGB and in 31 bands: pictures, luminance maps and readings.
+
+    Parameters
+    ----------
+    scenes
+        Scene files or names of packaged rooms; without any, the deck's grey and red rooms.
+    """
+    from renderer.files import output_folder
+    from renderer.scene.reading import load
+    from renderer.studies.comparison import save_pictures, save_table, solve_all
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    if solving.bands is not None:
+        raise InputError("--bands has no place in compare, which shows all band sets. Remove it.")
+    loaded = [load(s) for s in scenes or ("grey_room", "red_room", "saturated_red_room")]
+    out = output_folder(output.out)
+    with _progress(output.quiet) as progress:
+        cases = solve_all(loaded, solving.accuracy, solving.seed, progress)
+        files = save_table(cases, out) + save_pictures(cases, out, progress)
+    rows = []
+    for case in cases:
+        _warn(case.solution, case.readings, solving.accuracy or case.solution.scene.solver.accuracy)
+        for r, ratio in zip(case.readings, case.ratios, strict=True):
+            rows.append([case.solution.scene.title, case.solution.bands.name, r.name,
+                         f"{r.direct_lx:.2f}", f"{r.indirect_lx:.2f}", f"{r.total_lx:.2f}",
+                         f"± {r.uncertainty:.2f}", "–" if ratio is None else f"{ratio:.3f}"])
+    _show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total",
+                               "95 %", "ratio to first room"], rows)
+    _list_files(files, out)
+
+
+@app.command
+def render(scene: str, *, solving: Solving | None = None, output: Output | None = None) -> None:
+    """One room: a picture, luminance and spectral EXR files, and its patches.
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    """
+    from renderer.studies.single import save_render
+
+    _one_room(scene, solving, output, save_render)
+
+
+@app.command
+def pseudocolour(scene: str, *, solving: Solving | None = None,
+                 output: Output | None = None) -> None:
+    """Luminance maps of one room, direct and total, with a legend in cd/m².
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    """
+    from renderer.studies.single import save_pseudocolour
+
+    _one_room(scene, solving, output, save_pseudocolour)
+
+
+def _one_room(scene: str, solving: Solving | None, output: Output | None, save) -> None:
+    from renderer.files import output_folder
+    from renderer.scene.reading import load
+    from renderer.solution import solve
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    loaded = load(scene)
+    if loaded.camera is None:
+        raise InputError(f"{loaded.path}: camera is missing; a picture needs a [camera] table with "
+                         "position and look_at.")
+    out = output_folder(output.out)
+    with _progress(output.quiet) as progress:
+        solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)
+        files = save(solution, out, progress)
+    _list_files(files, out)
+
+
+@app.command
+def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+               normal: Annotated[str, Parameter(allow_leading_hyphen=True)] = "0,0,1",
+               json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+               solving: Solving | None = None, output: Output | None = None) -> None:
+    """Readings of the scene's photometers, or of one at a point.
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    at
+        Where to read, as x,y,z in metres; else the scene's own photometers.
+    normal
+        The direction the meter faces, as x,y,z; with --at.
+    json_
+        Print one JSON object instead of a table.
+    """
+    from renderer.readings.report import solution_record
+    from renderer.scene.reading import load
+    from renderer.solution import solve
+
+    started = time.perf_counter()
+    solving, output = (solving or Solving()).checked(), output or Output()
+    loaded = load(scene)
+    if at is None and not loaded.photometers:
+        raise InputError(f"{loaded.path}: photometers is empty; add a [[photometers]] table, or say "
+                         "where with --at x,y,z.")
+    spot = None if at is None else (_vector("--at", at), _vector("--normal", normal))
+    if spot is not None and not any(spot[1]):
+        raise InputError(f"--normal is {normal!r}, which has no length; give a direction: 0,0,1.")
+    with _progress(output.quiet) as progress:
+        solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)
+        progress(f"{loaded.title}: readings")
+        readings = (solution.photometers() if spot is None
+                    else [solution.photometer(*spot, name=f"at {at}")])
+        asked = solving.accuracy or loaded.solver.accuracy
+        record = solution_record(solution, readings, asked, time.perf_counter() - started)
+    _warn(solution, readings, asked)
+    if json_:
+        print(json.dumps(record, indent=1, allow_nan=False))
+        return
+    rows = []
+    for r in record["readings"]:
+        lux = r["illuminance_lx"]
+        rows.append([r["name"], *(f"{lux[k]:.2f}" for k in ("direct", "indirect", "total")),
+                     f"± {lux['uncertainty']:.2g}",
+                     "–" if r["xy"] is None else "{:.4f}, {:.4f}".format(*r["xy"]),
+                     "–" if r["cct_K"] is None else f"{r['cct_K']:.0f}",
+                     "–" if r["duv"] is None else f"{r['duv']:+.4f}",
+                     "–" if r["melanopic_edi_lx"] is None else f"{r['melanopic_edi_lx']:.1f}"])
+    _show(f"{record['scene']}, {record['bands']} bands, {record['patches']} patches: illuminance",
+          ["photometer", "direct lx", "indirect lx", "total lx", "95 % lx", "x, y", "CCT K", "Duv",
+           "melanopic EDI lx"], rows)
+
+
+def _vector(option: str, text: str) -> tuple[float, float, float]:
+    from math import isfinite
+
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 3 or not all(isfinite(x) for x in numbers):
+        raise InputError(f"{option} is {text!r}; must be three numbers: x,y,z.")
+    return numbers
+
+
+def main() -> None:
+    """Run the command line; every refusal is one line on stderr."""
+    try:
+        app(exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        _leave(f"{' '.join(str(error).split())} See renderer --help.", 2)
+    except InputError as error:
+        _leave(str(error), 2)
+    except SolveError as error:
+        _leave(str(error), 1)
+    except MemoryError:
+        _leave("the memory is used up. Give a looser --accuracy or a larger patch_size.", 1)
+    except BrokenPipeError:
+        sys.exit(1)
+    except KeyboardInterrupt:
+        _leave("interrupted; no partial file is left.", 1)
+
+
+def _leave(message: str, code: int) -> None:
+    print(f"renderer: {message}", file=sys.stderr)
+    sys.exit(code)

@@ -1,0 +1,121 @@
+"""Band sets: what one number per band stands for, and how bands become light that people see.
+
+In the spectral set a band quantity is power [W]; in the RGB set it is a weighted integral of the
+spectrum, linear BT.709 scaled so that its luminance is in lumens: not spectral radiance.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from renderer.colour.tables import cie_1931, d65
+
+K_M = 683.0
+"""Maximum luminous efficacy of radiation [lm/W], photopic (CIE 15:2018; SI: 683 at 540 THz)."""
+
+# Linear BT.709 to XYZ, derived from the primaries and D65 (0.3127, 0.3290) of ITU-R BT.709-6.
+_PRIMARIES = np.array([[0.64, 0.33, 0.03], [0.30, 0.60, 0.10], [0.15, 0.06, 0.79]])
+_WHITE = np.array([0.3127, 0.3290, 0.3583]) / 0.3290
+BT709_TO_XYZ = _PRIMARIES.T * np.linalg.solve(_PRIMARIES.T, _WHITE)
+XYZ_TO_BT709 = np.linalg.inv(BT709_TO_XYZ)
+LUMINANCE_WEIGHTS = BT709_TO_XYZ[1]
+
+
+@dataclass(frozen=True)
+class BandSet:
+    """A way to divide light into bands that do not exchange energy.
+
+    name : "rgb" or "31"
+    edges : (n_bands + 1,) [nm], or None where a band is no interval of wavelengths
+    xyz : (n_bands, 3) tristimulus values per unit of each band, Y in lm (so W → lm, or lm → lm)
+    """
+
+    name: str
+    edges: np.ndarray | None
+    xyz: np.ndarray
+
+    @property
+    def luminous(self) -> np.ndarray:
+        """Lumens per unit of each band (n_bands,)."""
+        return self.xyz[:, 1]
+
+    @property
+    def centres(self) -> np.ndarray:
+        """Middle of each band (n_bands,) [nm]."""
+        return (self.edges[1:] + self.edges[:-1]) / 2
+
+    @property
+    def widths(self) -> np.ndarray:
+        """Width of each band (n_bands,) [nm]."""
+        return np.diff(self.edges)
+
+
+def band_average(nm: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Mean over each band of a curve that is linear between its samples.
+
+    nm : (n,) [nm], ascending; values : (n,) or (n, k); edges : (n_bands + 1,) [nm].
+    Returns (n_bands,) or (n_bands, k). Outside its samples the curve keeps its end value.
+    The integral is exact, so a line narrower than a band keeps its flux.
+    """
+    nodes = np.union1d(nm, edges)
+    columns = np.atleast_2d(values.T).T
+    curve = np.column_stack([np.interp(nodes, nm, column) for column in columns.T])
+    steps = np.diff(nodes)[:, None] * (curve[1:] + curve[:-1]) / 2
+    integral = np.vstack([np.zeros(curve.shape[1]), np.cumsum(steps, axis=0)])
+    mean = np.diff(integral[np.searchsorted(nodes, edges)], axis=0) / np.diff(edges)[:, None]
+    return mean if values.ndim == 2 else mean[:, 0]
+
+
+@cache
+def band_set(name: str) -> BandSet:
+    """The band set of that name: "rgb", or "31" (400, 410 … 700 nm, each 10 nm wide)."""
+    if name == "rgb":
+        return BandSet("rgb", None, BT709_TO_XYZ.T)
+    edges = np.arange(395.0, 706.0, 10.0)
+    return BandSet("31", edges, K_M * band_average(*cie_1931(), edges))
+
+
+BAND_SETS = ("rgb", "31")
+
+
+@cache
+def bt709_under_d65() -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (471,) [nm], and weights (471, 3): Σ weights · reflectance = linear BT.709.
+
+    Scaled so that the perfect reflector is exactly (1, 1, 1): the tabulated D65 differs from the
+    white of BT.709 by 1e-4, and a grey must stay grey.
+    """
+    nm, observer = cie_1931()
+    weights = (observer * d65()[1][:, None]) @ XYZ_TO_BT709.T
+    return nm, weights / weights.sum(axis=0)
+
+
+@cache
+def luminous_under_d65() -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (471,) [nm], and weights (471,): Σ weights · reflectance = Y under D65."""
+    nm, observer = cie_1931()
+    weights = observer[:, 1] * d65()[1]
+    return nm, weights / weights.sum()
+
+
+def displayable(rgb: np.ndarray, luminance: float, ceiling: float = np.inf) -> np.ndarray:
+    """Linear BT.709 (3,) moved into 0 … ceiling, its luminance kept.
+
+    Components below 0 become 0 and the rest are scaled; then those above the ceiling become the
+    ceiling and what they lose goes to the others in proportion, or, where those are 0, evenly.
+    """
+    if not luminance > 0.0:
+        return np.zeros(3)
+    rgb = np.clip(rgb, 0.0, None)
+    rgb = rgb * (luminance / (LUMINANCE_WEIGHTS @ rgb))
+    full = np.zeros(3, dtype=bool)
+    while (rgb > ceiling).any():
+        full |= rgb >= ceiling
+        rgb[full] = ceiling
+        rest = luminance - LUMINANCE_WEIGHTS[full].sum() * ceiling
+        free = np.where(full, 0.0, rgb)
+        if not free.any():
+            free = np.where(full, 0.0, 1.0)
+        rgb = np.where(full, ceiling, free * (rest / (LUMINANCE_WEIGHTS @ free)))
+    return rgb

@@ -1,0 +1,60 @@
+"""Lamps: the spectrum of a light source, and the flux it puts into each band."""
+
+import difflib
+
+import numpy as np
+
+from renderer.colour.bands import XYZ_TO_BT709, BandSet, band_average, displayable
+from renderer.colour.spectrum import Spectrum
+from renderer.colour.tables import cie_1931, d65
+from renderer.errors import InputError
+
+
+def illuminant(name: str, where: str) -> Spectrum:
+    """The CIE illuminant of that name, relative power. An unknown one is refused."""
+    if name == "D65":  # shipped: the main job needs no more, and colour-science imports slowly
+        return Spectrum(*d65())
+    import colour
+
+    known = {key: sd for key, sd in colour.SDS_ILLUMINANTS.items() if not key.startswith("ISO")}
+    if name not in known:
+        near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.0)
+        raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a .csv or .spdx file. "
+                         f"Nearest: {', '.join(near)}.")
+    return Spectrum(known[name].wavelengths, known[name].values)
+
+
+def correlated(cct: float) -> Spectrum:
+    """Daylight (CIE D-series) from 4000 K, a black body below: relative power, 360–830 nm."""
+    import colour
+
+    shape = colour.SpectralShape(360, 830, 5)
+    if cct < 4000:
+        source = colour.sd_blackbody(cct, shape)
+    else:
+        # CCTs follow the 1968 radiation constant in which the D series was defined.
+        xy = colour.temperature.CCT_to_xy_CIE_D(cct)
+        source = colour.sd_CIE_illuminant_D_series(xy, shape=shape)
+    return Spectrum(source.wavelengths, source.values / source.values.max())
+
+
+def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> np.ndarray:
+    """Flux of a source in each band (n_bands,), averaged over the band; their lumens are `lumens`.
+
+    A source is dark outside its samples. Raises InputError where no light falls into the bands.
+    """
+    nm, observer = cie_1931()
+    if bands.edges is None:
+        power = np.interp(nm, spectrum.nm, spectrum.values, left=0.0, right=0.0)
+        xyz = power @ observer
+        shares = displayable(XYZ_TO_BT709 @ xyz, xyz[1]) if xyz[1] > 0 else np.zeros(3)
+    else:
+        dark = 1e-9  # nm past its ends
+        samples = np.concatenate([[spectrum.nm[0] - dark], spectrum.nm, [spectrum.nm[-1] + dark]])
+        power = np.concatenate([[0.0], spectrum.values, [0.0]])
+        shares = np.clip(band_average(samples, power, bands.edges) * bands.widths, 0.0, None)
+    luminous = bands.luminous @ shares
+    if not luminous > 0:
+        raise InputError(f"{where}: the source has no light between {nm[0]:g} and {nm[-1]:g} nm "
+                         "that the bands can carry; give one with light between 400 and 700 nm.")
+    return shares * (lumens / luminous)

@@ -1,0 +1,72 @@
+"""Materials: a diffuse reflectance, given as a number, a spectrum, a colour or a Munsell chip."""
+
+import difflib
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.colour.bands import (
+    BandSet,
+    band_average,
+    bt709_under_d65,
+    displayable,
+    luminous_under_d65,
+)
+from renderer.colour.spectrum import Spectrum
+from renderer.colour.tables import munsell_chips
+from renderer.colour.upsampling import UPSAMPLING
+from renderer.errors import InputError
+
+
+@dataclass(frozen=True)
+class Material:
+    """A Lambertian surface. Exactly one of the three is given.
+
+    flat : reflectance, the same at every wavelength [1]
+    spectrum : reflectance over wavelength
+    rgb : (3,) linear BT.709 reflectance under D65; `upsampling` makes it a spectrum
+    """
+
+    name: str
+    flat: float | None = None
+    spectrum: Spectrum | None = None
+    rgb: tuple[float, float, float] | None = None
+    upsampling: str = "munsell-eigen"
+
+    def reflectance(self, bands: BandSet) -> np.ndarray:
+        """Reflectance in each band (n_bands,) [1]."""
+        if self.flat is not None:
+            return np.full(len(bands.xyz), self.flat)
+        if bands.edges is None:
+            return self._bt709()
+        spectrum = self.spectrum
+        if spectrum is None:
+            spectrum = UPSAMPLING[self.upsampling](np.array(self.rgb))
+        return band_average(spectrum.nm, spectrum.values, bands.edges)
+
+    def _bt709(self) -> np.ndarray:
+        if self.rgb is not None:
+            return np.array(self.rgb)
+        nm, weights = bt709_under_d65()
+        curve = np.interp(nm, self.spectrum.nm, self.spectrum.values)
+        luminous = float(luminous_under_d65()[1] @ curve)
+        # A reflectance above 1 would make light from nothing at every bounce: 1 is the ceiling.
+        return displayable(curve @ weights, luminous, ceiling=1.0)
+
+
+def srgb_to_linear(code: str) -> tuple[float, float, float]:
+    """Linear BT.709 of "#rrggbb" (IEC 61966-2-1)."""
+    encoded = np.array([int(code[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    return tuple(float(x) for x in linear)
+
+
+def munsell_chip(notation: str, where: str) -> Spectrum:
+    """The measured reflectance of that chip; an unknown one is refused with the nearest named."""
+    notations, nm, reflectance = munsell_chips()
+    wanted = " ".join(notation.upper().split())
+    if wanted in notations:
+        return Spectrum(nm, reflectance[notations.index(wanted)])
+    near = difflib.get_close_matches(wanted, notations, n=3, cutoff=0.0)
+    raise InputError(f"{where} is {notation!r}; must be one of the {len(notations)} measured chips"
+                     f". Nearest: {', '.join(near)}.")

@@ -1,0 +1,81 @@
+"""A spectrum as samples, and the files it is read from."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from renderer.errors import InputError
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Samples of a curve that is linear between them.
+
+    nm : (n,) [nm], strictly ascending
+    values : (n,) reflectance [1], or relative spectral power
+    """
+
+    nm: np.ndarray
+    values: np.ndarray
+
+
+def read_spectrum(path: Path, where: str) -> Spectrum:
+    """Read a CSV (wavelength_nm,value; one header line at most) or an IES TM-27 .spdx file.
+
+    `where` names the scene file and key for the message. Raises InputError.
+    """
+    if not path.is_file():
+        raise InputError(f"{where}: there is no file {str(path)!r}; paths are relative to the "
+                         "scene file. Mend the path.")
+    if path.suffix.lower() == ".spdx":
+        nm, values = _read_spdx(path, where)
+    else:
+        nm, values = _read_csv(path, where)
+    finite = np.isfinite(nm) & np.isfinite(values)
+    if not finite.all():
+        row = int(np.flatnonzero(~finite)[0]) + 1
+        raise InputError(f"{where}: {path.name}: sample {row} is not a finite number. "
+                         "Remove or mend it.")
+    if len(nm) < 2:
+        raise InputError(f"{where}: {path.name} holds {len(nm)} sample(s); at least 2 are needed.")
+    if (np.diff(nm) <= 0).any():
+        row = int(np.flatnonzero(np.diff(nm) <= 0)[0]) + 2
+        raise InputError(f"{where}: {path.name}: the wavelength of sample {row} ({nm[row - 1]:g} "
+                         "nm) does not exceed the one before; sort the samples by wavelength.")
+    if nm[0] > 700 or nm[-1] < 400:
+        raise InputError(f"{where}: {path.name} covers {nm[0]:g} to {nm[-1]:g} nm; it must meet "
+                         "400 to 700 nm. Wavelengths are in nanometres.")
+    return Spectrum(nm, values)
+
+
+def _read_csv(path: Path, where: str) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{where}: {path.name} cannot be read as text ({error}).") from None
+    rows = []
+    for number, line in enumerate(lines, start=1):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        cells = line.replace(";", ",").replace("\t", ",").split(",")
+        try:
+            rows.append((float(cells[0]), float(cells[1])))
+        except (ValueError, IndexError):
+            if rows or number > 1:
+                raise InputError(f"{where}: {path.name}, line {number} is {line.strip()!r}; "
+                                 "must be two numbers: wavelength_nm,value.") from None
+    table = np.array(rows, dtype=float).reshape(-1, 2)
+    return table[:, 0], table[:, 1]
+
+
+def _read_spdx(path: Path, where: str) -> tuple[np.ndarray, np.ndarray]:
+    from xml.etree.ElementTree import ParseError
+
+    import colour
+
+    try:
+        distribution = colour.SpectralDistribution_IESTM2714(str(path)).read()
+    except (ParseError, OSError, ValueError, AttributeError, TypeError, AssertionError) as error:
+        raise InputError(f"{where}: {path.name} is no IES TM-27 file ({error}).") from None
+    return distribution.wavelengths, distribution.values

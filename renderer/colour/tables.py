@@ -1,0 +1,79 @@
+"""Tables the package ships (see data/README.md), and the command that makes the computed ones.
+
+`python -m renderer.colour.tables` rewrites data/cie_1nm.csv from colour-science and
+data/munsell_eigenvectors.csv from the measured chips.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+DATA = Path(__file__).parent / "data"
+
+
+@cache
+def _table(name: str) -> np.ndarray:
+    return np.loadtxt(DATA / name, delimiter=",", skiprows=1)
+
+
+@cache
+def cie_1931() -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (471,) [nm], 360–830, and the CIE 1931 2° observer x̄ȳz̄ (471, 3)."""
+    table = _table("cie_1nm.csv")
+    return table[:, 0], table[:, 1:4]
+
+
+@cache
+def d65() -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (471,) [nm] and CIE illuminant D65 (471,), relative; 0 where not tabulated."""
+    table = _table("cie_1nm.csv")
+    return table[:, 0], table[:, 4]
+
+
+@cache
+def melanopic() -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths [nm] and the melanopic action spectrum of CIE S 026:2018."""
+    table = _table("cie_s026_alpha_opic_1nm.csv")
+    return table[:, 0], table[:, 5]
+
+
+@cache
+def munsell_chips() -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Notations (1269), wavelengths (81,) [nm] and reflectances (1269, 81) of matte chips."""
+    raw = np.loadtxt(DATA / "munsell_matte_1269.csv.gz", delimiter=",", dtype=str)
+    return list(raw[1:, 0]), raw[0, 1:].astype(float), raw[1:, 1:].astype(float)
+
+
+@cache
+def munsell_eigenvectors() -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (81,) [nm] and the first three eigenvectors (81, 3) of the chips' spectra."""
+    table = _table("munsell_eigenvectors.csv")
+    return table[:, 0], table[:, 1:4]
+
+
+def _write_cie() -> None:
+    import colour
+
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    source = colour.SDS_ILLUMINANTS["D65"]
+    nm = observer.wavelengths
+    # CIE 15:2018: D65 is interpolated linearly between its tabulated values.
+    power = np.interp(nm, source.wavelengths, source.values, left=0.0, right=0.0)
+    np.savetxt(DATA / "cie_1nm.csv", np.column_stack([nm, observer.values, power]), fmt="%.10g",
+               delimiter=",", header="wavelength_nm,x_bar,y_bar,z_bar,D65", comments="")
+
+
+def _write_eigenvectors() -> None:
+    _, nm, reflectance = munsell_chips()
+    # Uncentred, as in the deck: black must be reachable with all coefficients zero.
+    _, _, rows = np.linalg.svd(reflectance, full_matrices=False)
+    vectors = rows[:3].T * np.sign(rows[:3].sum(axis=1))
+    np.savetxt(DATA / "munsell_eigenvectors.csv", np.column_stack([nm, vectors]), fmt="%.10g",
+               delimiter=",", header="wavelength_nm,v1,v2,v3", comments="")
+
+
+if __name__ == "__main__":
+    _write_cie()
+    _write_eigenvectors()
+    print(f"wrote {DATA / 'cie_1nm.csv'} and {DATA / 'munsell_eigenvectors.csv'}")

@@ -1,0 +1,9 @@
+"""The two ways a run can refuse, each one sentence long."""
+
+
+class InputError(Exception):
+    """The input is wrong: the message names what, where, the value, what is allowed, the remedy."""
+
+
+class SolveError(Exception):
+    """The scene is well formed but has no answer (no steady state, too large for the memory)."""

@@ -1,0 +1,221 @@
+"""A camera in a room: which places on the surfaces each pixel adds up."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from renderer.readings.photometer import off_surfaces, refuse_inside
+from renderer.scene.model import CameraTable
+from renderer.scene.reading import Scene
+from renderer.solution import Solution
+from renderer.transport.field import Sensor, direct_on, sense
+from renderer.transport.transport import Transport
+from renderer.transport.visibility import STAND_OFF
+
+SUBPIXELS = 4
+"""A pixel on an edge, of a surface or of a shadow, is the mean of 4 × 4 rays."""
+SUBPIXEL_RAYS = 16
+"""Shadow rays of each of those, to each luminaire."""
+CONTRAST = 0.1
+"""Direct light that differs by this share between neighbouring pixels is an edge of a shadow."""
+
+
+@dataclass(frozen=True)
+class View:
+    """What a camera sees of a room, for any material and any band.
+
+    sensor : one row a pixel, on radiosity; emitted : (n_pixels, n_luminaires) radiosity per lumen
+    surface : (height, width) index of the surface at each pixel's middle, -1 for none
+    share : (n_pixels, n_surfaces) how much of each pixel shows each surface
+    camera : where it was seen from, and what it was seen through
+    """
+
+    sensor: Sensor
+    emitted: sparse.csr_array
+    surface: np.ndarray
+    share: sparse.csr_array
+    camera: "Pinhole"
+    eye: np.ndarray
+    transport: Transport
+
+    @property
+    def shows_surface(self) -> np.ndarray:
+        """Where a pixel shows no part of a lamp's light (height, width)."""
+        return self.image(np.asarray(self.emitted.sum(axis=1)).ravel() == 0)
+
+    def marks(self, scene: Scene) -> list[tuple[float, float]]:
+        """Where the scene's photometers appear [pixels]; hidden ones are left out."""
+        places = [np.array(p.position) for p in scene.photometers]
+        seen = [self.transport.eye.clear(self.eye[None], place[None])[0] for place in places]
+        found = [self.camera.project(place) for place, free in zip(places, seen, strict=True) if free]
+        return [mark for mark in found if mark is not None]
+
+    def image(self, values: np.ndarray) -> np.ndarray:
+        """Rows as a picture (height, width, …)."""
+        return values.reshape(*self.surface.shape, *values.shape[1:])
+
+    def direct(self, solution: Solution, weights: np.ndarray) -> np.ndarray:
+        """Radiance by direct light alone, lamps included (height, width, k), weighted sums of bands.
+
+        weights : (n_bands, k), for example BandSet.xyz for cd/m² (X, Y, Z).
+        """
+        reflected = solution.reflectance[:, None, :] * solution.flux[None]
+        light = reflected.reshape(-1, reflected.shape[-1]) @ weights
+        seen = self.sensor.direct @ light + self.emitted @ (solution.flux @ weights)
+        return self.image(seen / np.pi)
+
+    def indirect(self, solution: Solution, weights: np.ndarray) -> np.ndarray:
+        """Radiance by interreflection (height, width, k); as `direct`."""
+        return self.image(self.sensor.indirect @ (solution.vertex_radiosity @ weights) / np.pi)
+
+    def spectral(self, solution: Solution) -> np.ndarray:
+        """Spectral radiance (height, width, n_bands) [W m⁻² sr⁻¹ nm⁻¹]."""
+        per_nm = np.diag(1 / solution.bands.widths)
+        image = self.direct(solution, per_nm)
+        image += self.indirect(solution, per_nm)
+        return image
+
+    def reflectances(self, solution: Solution) -> np.ndarray:
+        """Luminous reflectance of what each pixel shows (height, width), under the lamps' light."""
+        light = solution.flux.sum(axis=0) * solution.bands.luminous
+        total = light.sum()
+        luminous = solution.reflectance @ light / (total if total > 0 else 1.0)
+        return self.image(self.share @ luminous)
+
+
+@dataclass(frozen=True)
+class Pinhole:
+    """Position (3,) [m], the axes right, up and forward (3, 3), and the picture's proportions."""
+
+    position: np.ndarray
+    axes: np.ndarray
+    width: int
+    height: int
+    spread: float
+
+    def directions(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Directions (k, 3) through points of the picture [pixels, from its upper left corner]."""
+        right = (2 * x / self.width - 1) * self.spread
+        up = (1 - 2 * y / self.height) * self.spread * self.height / self.width
+        d = np.stack([right, up, np.ones_like(right)], axis=-1) @ self.axes
+        return d / np.linalg.norm(d, axis=-1, keepdims=True)
+
+    def project(self, point: np.ndarray) -> tuple[float, float] | None:
+        """Where a point (3,) appears [pixels], or None where it is not in the picture."""
+        right, up, forward = self.axes @ (point - self.position)
+        if forward <= 0:
+            return None
+        x = (right / forward / self.spread + 1) * self.width / 2
+        y = (1 - up / forward / self.spread * self.width / self.height) * self.height / 2
+        return (x, y) if 0 <= x <= self.width and 0 <= y <= self.height else None
+
+
+def pinhole(table: CameraTable) -> Pinhole:
+    """The camera that a scene file describes."""
+    position = np.array(table.position)
+    forward = np.array(table.look_at) - position
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    if np.linalg.norm(right) < 1e-9:  # straight up or down: north is up in the picture
+        right = np.array([1.0, 0.0, 0.0])
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(right, forward), forward])
+    return Pinhole(position, axes, *table.resolution, float(np.tan(np.radians(table.fov / 2))))
+
+
+def look(transport: Transport, table: CameraTable, where: str) -> View:
+    """Find what every pixel of a camera sees. Raises InputError where it stands inside a solid."""
+    camera = pinhole(table)
+    eye, _ = off_surfaces(transport, camera.position, 2 * STAND_OFF)
+    refuse_inside(transport, eye, f"{where}: camera")
+    width, height = camera.width, camera.height
+    n = width * height
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    middles = _hits(transport, camera, eye, x.ravel(), y.ravel())
+    x_corner, y_corner = np.meshgrid(np.arange(width + 1.0), np.arange(height + 1.0))
+    corners = _plane(transport, _hits(transport, camera, eye, x_corner.ravel(), y_corner.ravel())[0])
+    corners = corners.reshape(height + 1, width + 1)
+    plane = _plane(transport, middles[0]).reshape(height, width)
+    edge = np.zeros((height, width), dtype=bool)
+    for corner in (corners[:-1, :-1], corners[:-1, 1:], corners[1:, :-1], corners[1:, 1:]):
+        edge |= corner != plane
+    found = middles[0] >= 0
+    patch, s, t = (m[found] for m in middles)
+    light = direct_on(transport, patch, s, t, 0)
+    if transport.visibility is not None:
+        edge |= _shadow_edges(light, found, edge.shape)
+    plain = ~edge.ravel()[found]
+    fine = np.flatnonzero(edge.ravel())
+    sub = (np.arange(SUBPIXELS) + 0.5) / SUBPIXELS - 0.5
+    dx, dy = (d.ravel() for d in np.meshgrid(sub, sub))
+    extra = _hits(transport, camera, eye, (x.ravel()[fine, None] + dx).ravel(),
+                  (y.ravel()[fine, None] + dy).ravel())
+    hit = extra[0] >= 0
+    extra = [e[hit] for e in extra]
+    row = np.concatenate([np.flatnonzero(found)[plain], np.repeat(fine, dx.size)[hit]])
+    light = np.concatenate([light[plain], direct_on(transport, *extra, 1, SUBPIXEL_RAYS)])
+    patch, s, t = (np.concatenate([m[plain], e])
+                   for m, e in zip((patch, s, t), extra, strict=True))
+    weight = np.concatenate([np.ones(plain.sum()), np.full(int(hit.sum()), 1 / dx.size)])
+    sensor = sense(transport, n, row, patch, s, t, weight, light)
+    surface = transport.mesh.surface[patch]
+    share = sparse.coo_array((weight, (row, surface)), shape=(n, transport.n_surfaces)).tocsr()
+    shown = np.where(middles[0] >= 0, transport.mesh.surface[middles[0]], -1)
+    return View(sensor, _emitted(transport, n, row, patch, weight), shown.reshape(height, width),
+                share, camera, eye, transport)
+
+
+def _hits(transport: Transport, camera: Pinhole, eye, x, y):
+    """Patch (k,) or a negative number, and (s, t) there, for points of the picture."""
+    mesh = transport.mesh
+    d = camera.directions(x, y)
+    patch = transport.eye.first_hit(np.broadcast_to(eye, d.shape), d)
+    found = np.maximum(patch, 0)
+    normal = mesh.normal[found]
+    slope = np.einsum("ki,ki->k", d, normal)
+    reach = np.einsum("ki,ki->k", mesh.corners[found, 0] - eye, normal) / np.where(
+        slope == 0, 1.0, slope)
+    s, t = mesh.inside(found, eye + reach[:, None] * d)
+    return patch, np.clip(s, 0, 1), np.clip(t, 0, 1)
+
+
+def _plane(transport: Transport, patch: np.ndarray) -> np.ndarray:
+    """A number for the flat part of a surface that each patch belongs to (k,)."""
+    mesh = transport.mesh
+    keys = np.column_stack([mesh.surface, np.round(mesh.normal, 4)])
+    _, part = np.unique(keys, axis=0, return_inverse=True)
+    return np.where(patch >= 0, part.ravel()[patch], -1)
+
+
+def _shadow_edges(light: np.ndarray, found: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Pixels (height, width) next to which direct light (k, n_luminaires) changes steeply."""
+    picture = np.zeros((found.size, light.shape[1]))
+    picture[found] = light
+    picture = picture.reshape(*shape, -1)
+    edge = np.zeros(shape, dtype=bool)
+    for a, b in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
+        larger = np.maximum(picture[a], picture[b])
+        steep = (np.abs(picture[a] - picture[b]) > CONTRAST * larger).any(axis=-1)
+        edge[a] |= steep
+        edge[b] |= steep
+    return edge
+
+
+def _emitted(transport: Transport, n: int, row, patch, weight) -> sparse.csr_array:
+    """Radiosity per lumen that each pixel sees of luminaires' fronts (n, n_luminaires) [m⁻²]."""
+    mesh = transport.mesh
+    first = transport.n_surfaces - sum(lum.outline is not None for lum in transport.luminaires)
+    with_face = [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
+    index, per_lumen = np.full(transport.n_surfaces, -1), np.zeros(transport.n_surfaces)
+    facing = np.zeros((transport.n_surfaces, 3))
+    for offset, k in enumerate(with_face):
+        index[first + offset] = k
+        per_lumen[first + offset] = 1 / transport.luminaires[k].area
+        facing[first + offset] = transport.luminaires[k].normal
+    surface = mesh.surface[patch]
+    front = (index[surface] >= 0) & (
+        np.einsum("ki,ki->k", mesh.normal[patch], facing[surface]) > 0)
+    values = (weight * per_lumen[surface])[front]
+    return sparse.coo_array((values, (row[front], index[surface][front])),
+                            shape=(n, len(transport.luminaires))).tocsr()

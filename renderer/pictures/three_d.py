@@ -1,0 +1,81 @@
+"""The patches in three dimensions: a .vtp file, and a view with the near walls taken away."""
+
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from renderer.files import whole_file
+from renderer.pictures.pseudocolour import colour_map, draw_legend
+from renderer.solution import Solution
+
+
+def _pyvista():
+    """The module, told to draw off screen without asking for an X server where there is none."""
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    import pyvista
+
+    return pyvista
+
+
+def patches(solution: Solution):
+    """The patches as pyvista PolyData with luminance [cd/m²] and illuminance [lx] on each."""
+    pyvista = _pyvista()
+    transport = solution.transport
+    mesh, luminous = transport.mesh, solution.bands.luminous
+    shown = transport.exchange.areas > 0
+    corners = mesh.patches[shown]
+    sides = np.where(mesh.triangular[shown], 3, 4)
+    table = np.column_stack([sides, corners])
+    faces = table[np.arange(5) <= sides[:, None]]
+    data = pyvista.PolyData(mesh.vertices, faces=faces)
+    direct = solution.direct_irradiance @ luminous
+    reflected = solution.irradiance @ luminous
+    data.cell_data["luminance_cd_m2"] = (solution.radiosity @ luminous / np.pi)[shown]
+    data.cell_data["illuminance_lx"] = reflected[shown]
+    data.cell_data["direct_illuminance_lx"] = direct[shown]
+    data.cell_data["surface"] = mesh.surface[shown]
+    data.field_data["surface_names"] = solution.scene.surfaces
+    return data
+
+
+def save_vtp(solution: Solution, path: Path) -> Path:
+    """Write the patches for ParaView and the like."""
+    with whole_file(path) as part:
+        patches(solution).save(part)
+    return path
+
+
+def save_view(solutions: list[tuple[str, Solution]], top: float, path: Path) -> Path:
+    """Draw rooms side by side from outside, near walls left out, on one scale 0 … top [cd/m²]."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    pyvista = _pyvista()
+    shots = []
+    for _, solution in solutions:
+        plotter = pyvista.Plotter(off_screen=True, window_size=(640, 560))
+        plotter.background_color = "white"
+        # lighting off: shading would falsify the colours. Back faces off: the near walls vanish.
+        plotter.add_mesh(patches(solution), scalars="luminance_cd_m2", cmap=colour_map(),
+                         clim=(0, top), lighting=False, show_scalar_bar=False, culling="back",
+                         show_edges=True, edge_color="#202020", edge_opacity=0.25)
+        plotter.view_vector((0.35, -0.8, 0.5), viewup=(0, 0, 1))
+        plotter.camera.zoom(1.2)
+        shots.append(plotter.screenshot(return_img=True))
+        plotter.close()
+    figure = Figure(figsize=(4.6 * len(shots) + 0.9, 4.4), dpi=110)
+    FigureCanvasAgg(figure)
+    width = 4.6 / (4.6 * len(shots) + 0.9)
+    for k, ((title, _), shot) in enumerate(zip(solutions, shots, strict=True)):
+        axes = figure.add_axes((k * width, 0, width, 0.9))
+        axes.imshow(shot)
+        axes.set_title(title, fontsize=11)
+        axes.axis("off")
+    draw_legend(figure, figure.add_axes((len(shots) * width + 0.1 * (1 - len(shots) * width), 0.12,
+                                         0.15 * (1 - len(shots) * width), 0.68)), top)
+    with whole_file(path) as part:
+        figure.savefig(part)
+    return path

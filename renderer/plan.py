@@ -1,0 +1,66 @@
+"""What a scene requires, decided before anything is computed: mesh, rays, and what is left out."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.scene.reading import Scene
+from renderer.transport.mesh import MOUNTED, mounting
+
+PATCHES_AT_1_PERCENT = 1280
+"""Patches of an empty room for 1 %; the error falls as 1/patches (docs/verification.md)."""
+MAX_PATCHES_DENSE = 12_000
+MAX_PATCHES = 150_000
+"""Above the first, a dense operator outgrows 1.2 GB, so rays are cast even in an empty room;
+above the second, the sparse one outgrows 8 GB."""
+RAYS_AT_1_PERCENT = 1024
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a scene is solved.
+
+    patch_size : edge of a patch [m]
+    rays : rays per patch; 0 where nothing can stand between two patches
+    reasons : what is modelled and what is left out, in sentences
+    """
+
+    patch_size: float
+    rays: int
+    reasons: tuple[str, ...]
+
+    def coarser(self) -> "Plan":
+        """The same with patches twice as long: how far the answer then moves is the mesh error."""
+        return replace(self, patch_size=2 * self.patch_size)
+
+
+def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
+    """The cheapest way to the accuracy asked, or with the patch size asked. Raises InputError."""
+    size = scene.size
+    area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
+    area += sum(solid.mesh.area for solid in scene.solids)
+    wanted = PATCHES_AT_1_PERCENT * 0.01 / accuracy
+    h = patch_size or float(np.sqrt(area / np.clip(wanted, 96, 10_000)))
+    count = sum(float(np.ceil(a / h) * np.ceil(b / h)) for a, b in
+                [(size[0], size[1]), (size[1], size[2]), (size[2], size[0])]) * 2
+    count += sum(max(len(s.mesh.faces) / 2, s.mesh.area / h**2) for s in scene.solids)
+    if count > MAX_PATCHES:
+        fits = float(np.sqrt(area / MAX_PATCHES))
+        raise InputError(f"{scene.path}: solver.patch_size is {h:g}; that makes about {count:.3g} "
+                         f"patches, and at most {MAX_PATCHES} are allowed. Use {fits:.2g} or more.")
+    free = [lum.name for index, lum in enumerate(scene.faces) if not mounting(scene, lum, index)]
+    in_the_way = [solid.name for solid in scene.solids] + free
+    reasons = []
+    if not in_the_way and count <= MAX_PATCHES_DENSE:
+        reasons.append("nothing can stand between two patches: exact factors, no ray is cast")
+        rays = 0
+    else:
+        reasons.append(f"in the way: {', '.join(in_the_way)}: visibility by rays" if in_the_way
+                       else "too many patches for a dense operator: rays")
+        finer = np.ceil(np.log2(np.clip(RAYS_AT_1_PERCENT * (0.01 / accuracy), 256, 8192)))
+        rays = int(2**finer)
+    if len(free) < len(scene.faces):
+        reasons.append("luminaires mounted on a surface cover it; the light in a gap below "
+                       f"{MOUNTED:.1%} of their size is left out")
+    return Plan(h, rays, tuple(reasons))

@@ -1,0 +1,181 @@
+"""What a scene file may say: keys, types and ranges, as pydantic models (metres, z up)."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from renderer.colour.bands import BAND_SETS
+from renderer.colour.upsampling import UPSAMPLING
+
+Number = Annotated[float, Field(strict=False)]
+Positive = Annotated[float, Field(gt=0)]
+Reflectance = Annotated[float, Field(ge=0, le=1)]
+Vector = tuple[Number, Number, Number]
+
+
+class Table(BaseModel):
+    """A TOML table: an unknown key, NaN or infinity is an error."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+def one_of(table: BaseModel, *keys: str) -> None:
+    """Refuse a table in which not exactly one of the keys is given."""
+    given = [key for key in keys if getattr(table, key) is not None]
+    if len(given) != 1:
+        raise ValueError(f"exactly one of {', '.join(keys)} must be given, "
+                         f"not {' and '.join(given) or 'none'}")
+
+
+class RoomTable(Table):
+    """The inside of a closed box with one corner at the origin."""
+
+    size: tuple[Positive, Positive, Positive]
+    floor: str
+    walls: str | None = None
+    ceiling: str
+    wall_x0: str | None = None
+    wall_x1: str | None = None
+    wall_y0: str | None = None
+    wall_y1: str | None = None
+
+    @model_validator(mode="after")
+    def _walls(self):
+        missing = [k for k in ("wall_x0", "wall_x1", "wall_y0", "wall_y1") if not getattr(self, k)]
+        if missing and not self.walls:
+            raise ValueError(f"{missing[0]} has no material; give it, or give walls for all four")
+        return self
+
+
+class MaterialTable(Table):
+    """A diffuse reflectance, in one of five ways."""
+
+    reflectance: Reflectance | None = None
+    spectrum: str | None = None
+    rgb: tuple[Reflectance, Reflectance, Reflectance] | None = None
+    srgb: Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$")] | None = None
+    munsell: str | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self):
+        one_of(self, "reflectance", "spectrum", "rgb", "srgb", "munsell")
+        return self
+
+
+class LuminaireTable(Table):
+    """A light source. Flat ones emit from their front only, as Lambert's law says."""
+
+    name: str = "luminaire"
+    shape: Literal["rectangle", "disc", "point"]
+    center: Vector
+    normal: Vector | None = None
+    up: Vector | None = None
+    size: tuple[Positive, Positive] | None = None
+    diameter: Positive | None = None
+    distribution: Literal["isotropic", "lambertian"] = "isotropic"
+    flux: Annotated[float, Field(ge=0)] | None = None
+    luminance: Annotated[float, Field(ge=0)] | None = None
+    intensity: Annotated[float, Field(ge=0)] | None = None
+    spectrum: str | None = None
+    cct: Annotated[float, Field(ge=1000, le=25000)] | None = None
+
+    @model_validator(mode="after")
+    def _shape(self):
+        if self.shape == "point":
+            one_of(self, "flux", "intensity")
+            unused = ("size", "diameter", "luminance", "up")
+            needs_normal = self.distribution == "lambertian"
+        else:
+            one_of(self, "flux", "luminance")
+            needs_normal = True
+            unused = ("intensity", "diameter" if self.shape == "rectangle" else "size")
+            needed = "size" if self.shape == "rectangle" else "diameter"
+            if getattr(self, needed) is None:
+                raise ValueError(f"{needed} is missing; a {self.shape} needs it, in metres")
+        for key in unused:
+            if getattr(self, key) is not None:
+                raise ValueError(f"{key} is given; a {self.shape} has none. Remove it")
+        if needs_normal and (self.normal is None or not any(self.normal)):
+            raise ValueError("normal is missing or of no length; give the direction the light "
+                             "leaves in, for example [0, 0, -1]")
+        if self.spectrum is not None and self.cct is not None:
+            raise ValueError("exactly one of spectrum, cct must be given, not spectrum and cct")
+        return self
+
+
+class ObjectTable(Table):
+    """A solid in the room: a box, cylinder or sphere, or a mesh from a file."""
+
+    name: str = "object"
+    shape: Literal["box", "cylinder", "sphere"] | None = None
+    mesh: str | None = None
+    scale: Positive | None = None
+    position: Vector
+    size: tuple[Positive, Positive, Positive] | None = None
+    rotation: Number = 0.0
+    material: str
+
+    @model_validator(mode="after")
+    def _shape(self):
+        one_of(self, "shape", "mesh")
+        if self.shape and self.size is None:
+            raise ValueError("size is missing; give the extents in metres, [x, y, z]")
+        if self.mesh and self.size is not None:
+            raise ValueError("size is given; a mesh takes scale instead")
+        if self.shape and self.scale is not None:
+            raise ValueError("scale is given; only a mesh takes it. Change size instead")
+        return self
+
+
+class PhotometerTable(Table):
+    """Where a reading is taken, and which way the meter faces."""
+
+    name: str = "photometer"
+    position: Vector
+    normal: Vector = (0.0, 0.0, 1.0)
+
+    @field_validator("normal")
+    @classmethod
+    def _has_length(cls, normal):
+        if not any(normal):
+            raise ValueError("has no length; give a direction, for example [0, 0, 1]")
+        return normal
+
+
+class CameraTable(Table):
+    """A pinhole camera; x to the right, z up in the picture."""
+
+    position: Vector
+    look_at: Vector
+    fov: Annotated[float, Field(ge=1, le=170)] = 75.0
+    resolution: tuple[Annotated[int, Field(ge=8, le=8192)], Annotated[int, Field(ge=8, le=8192)]] = (
+        640, 480)
+
+    @model_validator(mode="after")
+    def _looks_somewhere(self):
+        if self.position == self.look_at:
+            raise ValueError("look_at is the camera's own position; move it to what is looked at")
+        return self
+
+
+class SolverTable(Table):
+    """How the scene is solved. What is left out follows from the accuracy."""
+
+    accuracy: Annotated[float, Field(ge=1e-4, le=0.5)] = 0.01
+    bands: Literal[BAND_SETS] = "31"
+    upsampling: Literal[tuple(UPSAMPLING)] = "munsell-eigen"
+    patch_size: Positive | None = None
+    seed: Annotated[int, Field(ge=0)] = 0
+
+
+class SceneTable(Table):
+    """A whole scene file."""
+
+    title: str = "Untitled room"
+    room: RoomTable
+    materials: dict[str, MaterialTable]
+    luminaires: list[LuminaireTable] = []
+    objects: list[ObjectTable] = []
+    photometers: list[PhotometerTable] = []
+    camera: CameraTable | None = None
+    solver: SolverTable = SolverTable()

@@ -1,0 +1,284 @@
+"""From a scene file to a Scene; every refusal names file, key, value, what is allowed, the remedy."""
+
+import difflib
+import hashlib
+import tomllib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from pydantic import BaseModel, ValidationError
+
+from renderer.colour.bands import BandSet
+from renderer.colour.lamps import band_flux, correlated, illuminant
+from renderer.colour.materials import Material, munsell_chip, srgb_to_linear
+from renderer.colour.spectrum import Spectrum, read_spectrum
+from renderer.errors import InputError
+from renderer.scene.geometry import ROOM_SURFACES, Rectangle, object_mesh, room_rectangles
+from renderer.scene.luminaires import Luminaire, make_luminaire
+from renderer.scene.model import (
+    CameraTable,
+    MaterialTable,
+    PhotometerTable,
+    SceneTable,
+    SolverTable,
+)
+
+INSIDE = 1e-9
+"""A point this far outside, relative to the room's longest side, still counts as inside."""
+NOISE = 0.005
+"""Measured reflectances may pass 0 or 1 by this much; they are set to 0 or 1."""
+LATER = {"outline": "room.size", "height": "room.size", "photometer_grids": "photometers",
+         "ies": "rectangle, disc or point"}
+"""Keys of the format that this version does not read yet, and what to use meanwhile."""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """An object in the room: its surface [m] with normals outward."""
+
+    name: str
+    mesh: trimesh.Trimesh
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A room ready to be solved.
+
+    size : (3,) [m]; room : its inner faces by name; solids : the objects in it
+    surfaces : names of everything that has a material or is a luminaire's face, in this order:
+        the room's faces, the solids, the luminaires with area (black)
+    materials : one Material per room face and solid
+    lamps : relative spectral power, one per luminaire
+    """
+
+    title: str
+    path: Path
+    size: np.ndarray
+    room: dict[str, Rectangle]
+    solids: list[Solid]
+    materials: list[Material]
+    luminaires: list[Luminaire]
+    lamps: list[Spectrum]
+    photometers: list[PhotometerTable]
+    camera: CameraTable | None
+    solver: SolverTable
+
+    @property
+    def surfaces(self) -> list[str]:
+        """Names of all surfaces (n_surfaces,)."""
+        return [*self.room, *(s.name for s in self.solids), *(lum.name for lum in self.faces)]
+
+    @property
+    def faces(self) -> list[Luminaire]:
+        """The luminaires that have a face."""
+        return [lum for lum in self.luminaires if lum.outline is not None]
+
+    def reflectance(self, bands: BandSet) -> np.ndarray:
+        """Reflectance of each surface in each band (n_surfaces, n_bands); luminaires are black."""
+        once = {material.name: material.reflectance(bands) for material in self.materials}
+        rows = [once[m.name] for m in self.materials] + [np.zeros(len(bands.xyz))] * len(self.faces)
+        return np.array(rows)
+
+    def flux(self, bands: BandSet) -> np.ndarray:
+        """Flux of each luminaire in each band (n_luminaires, n_bands) [W, or lm in RGB]."""
+        rows = [band_flux(lamp, lum.lumens, bands, f"{self.path}: luminaires {lum.name!r}")
+                for lum, lamp in zip(self.luminaires, self.lamps, strict=True)]
+        return np.array(rows).reshape(len(rows), len(bands.xyz))
+
+    @cached_property
+    def geometry_key(self) -> str:
+        """What the form factors depend on: equal for a grey and a red room of one shape."""
+        parts = [self.size]
+        for solid in self.solids:
+            parts += [solid.mesh.vertices, solid.mesh.faces]
+        for lum in self.luminaires:
+            parts += [lum.center, lum.normal, np.array(lum.lambertian),
+                      lum.center if lum.outline is None else lum.outline]
+        digest = hashlib.sha256()
+        for part in parts:
+            digest.update(repr((part.shape, str(part.dtype))).encode() + part.tobytes())
+        return digest.hexdigest()
+
+
+def packaged_scenes() -> Path:
+    """The folder of scenes that ships with the package, or the checkout's."""
+    package = Path(__file__).parent.parent
+    return package / "scenes" if (package / "scenes").is_dir() else package.parent / "scenes"
+
+
+def load(path: str | Path) -> Scene:
+    """Read and check a scene file, or a packaged scene by its bare name. Raises InputError."""
+    path = Path(path)
+    packaged = packaged_scenes() / f"{path.name.removesuffix('.toml')}.toml"
+    if not path.exists() and path.parent == Path(".") and packaged.is_file():
+        path = packaged
+    return _resolve(_validated(_parsed(path), path), path)
+
+
+def _parsed(path: Path) -> dict:
+    if not path.is_file():
+        kind = "is a folder, not a scene file" if path.is_dir() else "does not exist"
+        known = ", ".join(sorted(p.stem for p in packaged_scenes().glob("*.toml")))
+        raise InputError(f"{path}: {kind}; give a .toml scene file, or a packaged room: {known}.")
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not UTF-8 text; a scene file is TOML.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: is not valid TOML: {' '.join(str(error).split())}.") from None
+
+
+def _validated(table: dict, path: Path) -> SceneTable:
+    try:
+        return SceneTable.model_validate(table)
+    except ValidationError as error:
+        # The first unknown key, else the first fault: a misspelt key also shows as a missing one.
+        faults = error.errors(include_url=False)
+        fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
+        raise InputError(f"{path}: {_explain(fault, table)}") from None
+
+
+def _explain(fault: dict, table: dict) -> str:
+    """One sentence from a pydantic fault."""
+    where = [part for part in fault["loc"] if part != "[key]"]
+    key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in where).lstrip(".")
+    if fault["type"] == "extra_forbidden":
+        word = str(where[-1])
+        if word in LATER:
+            return f"{key} is not read by this version; use {LATER[word]} meanwhile."
+        known = _known_keys(where[:-1])
+        near = difflib.get_close_matches(word, known, n=1, cutoff=0.0)[0]
+        return f"{key} is not a known key; did you mean {near!r}? Known: {', '.join(known)}."
+    if fault["type"] == "missing":
+        return f"{key} is missing; it must be given."
+    said = fault["msg"].removeprefix("Value error, ")
+    if fault["type"] == "value_error" and where[-1:] != ["normal"]:
+        return f"{key or 'the scene'}: {said}."
+    hint = ""
+    if where[-1:] == ["reflectance"] and isinstance(fault["input"], (int, float)):
+        hint = " Divide percentages by 100."
+    if fault["input"] == "ies":
+        return f"{key} 'ies' is not read by this version; use {LATER['ies']} meanwhile."
+    return f"{key} is {fault['input']!r}; {_allowed(said)}.{hint}"
+
+
+def _allowed(said: str) -> str:
+    for start in ("Input should", "String should", "List should", "Tuple should"):
+        if said.startswith(start):
+            return "must" + said[len(start):]
+    return said
+
+
+def _known_keys(where: list) -> list[str]:
+    """The keys that the model at this place knows."""
+    model: type[BaseModel] = SceneTable
+    for part in where:
+        if isinstance(part, int) or part not in model.model_fields:
+            continue  # a list's index, or the name of a material
+        found = [model.model_fields[part].annotation]
+        while found and not (isinstance(found[0], type) and issubclass(found[0], BaseModel)):
+            found = [arg for item in found for arg in getattr(item, "__args__", ())
+                     if arg is not type(None) and arg is not str]
+        model = found[0]
+    return list(model.model_fields)
+
+
+def _resolve(table: SceneTable, path: Path) -> Scene:
+    size = np.array(table.room.size)
+    materials = {name: _material(name, m, table.solver.upsampling, path)
+                 for name, m in table.materials.items()}
+
+    def used(name: str, key: str) -> Material:
+        if name not in materials:
+            near = difflib.get_close_matches(name, list(materials), n=1, cutoff=0.0)
+            hint = f"did you mean {near[0]!r}?" if near else "there is none yet."
+            raise InputError(f"{path}: {key} is {name!r}; must be the name of one of [materials.*]; "
+                             f"{hint}")
+        return materials[name]
+
+    room = room_rectangles(table.room.size)
+    faces = []
+    for name in ROOM_SURFACES:
+        key = name if getattr(table.room, name) is not None else "walls"
+        faces.append(used(getattr(table.room, key), f"room.{key}"))
+    solids, of_solids = [], []
+    for index, entry in enumerate(table.objects):
+        where = f"{path}: objects[{index}]"
+        file = path.parent / entry.mesh if entry.mesh else None
+        mesh = object_mesh(entry.shape, entry.size, entry.position, entry.rotation, file,
+                           entry.scale or 1.0, f"{where}.mesh")
+        low, high = mesh.bounds
+        if (high <= 0).any() or (low >= size).any():
+            raise InputError(f"{where} {entry.name!r} lies wholly outside the room, from "
+                             f"{_point(low)} to {_point(high)}; the room reaches from [0, 0, 0] "
+                             f"to {_point(size)}. Move it.")
+        solids.append(Solid(entry.name, mesh))
+        of_solids.append(used(entry.material, f"objects[{index}].material"))
+    luminaires, lamps = [], []
+    for index, entry in enumerate(table.luminaires):
+        where = f"{path}: luminaires[{index}]"
+        try:
+            luminaire = make_luminaire(entry)
+        except ValueError as error:
+            raise InputError(f"{where}: {error}.") from None
+        points = luminaire.center[None] if luminaire.outline is None else luminaire.outline
+        for point in points:
+            _inside(point, size, f"{where} {entry.name!r} reaches", "Move or shrink it")
+        luminaires.append(luminaire)
+        lamps.append(_lamp(entry, path, where))
+    for index, entry in enumerate(table.photometers):
+        _inside(np.array(entry.position), size, f"{path}: photometers[{index}].position is",
+                "Move it into the room")
+    if table.camera is not None:
+        _inside(np.array(table.camera.position), size, f"{path}: camera.position is",
+                "Move it into the room")
+    return Scene(table.title, path, size, room, solids, faces + of_solids, luminaires, lamps,
+                 table.photometers, table.camera, table.solver)
+
+
+def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> Material:
+    where = f"{path}: materials.{name}"
+    if table.reflectance is not None:
+        return Material(name, flat=table.reflectance)
+    if table.munsell is not None:
+        return Material(name, spectrum=munsell_chip(table.munsell, f"{where}.munsell"))
+    if table.spectrum is not None:
+        key = f"{where}.spectrum"
+        spectrum = read_spectrum(path.parent / table.spectrum, key)
+        worst = spectrum.values[np.abs(spectrum.values - 0.5).argmax()]
+        if not -NOISE <= worst <= 1 + NOISE:
+            raise InputError(f"{key}: {table.spectrum} holds the reflectance {worst:g}; must be "
+                             "from 0 to 1. Divide percentages by 100.")
+        return Material(name, spectrum=Spectrum(spectrum.nm, np.clip(spectrum.values, 0, 1)))
+    rgb = table.rgb if table.rgb is not None else srgb_to_linear(table.srgb)
+    return Material(name, rgb=rgb, upsampling=upsampling)
+
+
+def _lamp(table, path: Path, where: str) -> Spectrum:
+    if table.cct is not None:
+        return correlated(table.cct)
+    name = table.spectrum or "D65"
+    if Path(name).suffix.lower() not in (".csv", ".spdx"):
+        return illuminant(name, f"{where}.spectrum")
+    spectrum = read_spectrum(path.parent / name, f"{where}.spectrum")
+    peak = np.abs(spectrum.values).max()
+    if spectrum.values.min() < -NOISE * peak:
+        raise InputError(f"{where}.spectrum: {name} holds the power {spectrum.values.min():g}; "
+                         "must not be negative.")
+    return Spectrum(spectrum.nm, np.clip(spectrum.values, 0, None) / (peak or 1.0))
+
+
+def _inside(point: np.ndarray, size: np.ndarray, what: str, remedy: str) -> None:
+    slack = INSIDE * size.max()
+    if (point < -slack).any() or (point > size + slack).any():
+        raise InputError(f"{what} {_point(point)}, outside the room, which reaches from [0, 0, 0] "
+                         f"to {_point(size)} m. {remedy}.")
+
+
+def _point(xyz: np.ndarray) -> str:
+    return "[" + ", ".join(f"{x:.6g}" for x in xyz) + "]"

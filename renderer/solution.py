@@ -1,0 +1,220 @@
+"""The light in a room, solved, and what follows from it."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from renderer.colour.bands import BandSet, band_set
+from renderer.plan import Plan, make_plan
+from renderer.readings.photometer import direct_reading, indirect_sensor, place
+from renderer.scene.reading import Scene
+from renderer.transport.form_factors import REPLICAS, Exchange
+from renderer.transport.solve import radiosity
+from renderer.transport.transport import Transport, compute_transport
+
+Progress = Callable[[str], None]
+
+STUDENT_95 = 3.182
+"""Two-sided 95 % point of Student's t with REPLICAS − 1 = 3 degrees of freedom."""
+ROUNDING = 1e-6
+"""Share of a reading below which no error bar is claimed."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a photometer shows; by band (n_bands,) [W m⁻² per band; lx-weighted in RGB].
+
+    uncertainty : 95 % half-width of the total illuminance [lx]: mesh and sampling together
+    """
+
+    name: str
+    position: np.ndarray
+    normal: np.ndarray
+    direct: np.ndarray
+    indirect: np.ndarray
+    bands: BandSet
+    uncertainty: float
+
+    @property
+    def total(self) -> np.ndarray:
+        """Irradiance in each band (n_bands,)."""
+        return self.direct + self.indirect
+
+    @property
+    def direct_lx(self) -> float:
+        """Illuminance straight from the luminaires [lx]."""
+        return float(self.direct @ self.bands.luminous)
+
+    @property
+    def indirect_lx(self) -> float:
+        """Illuminance by way of the surfaces [lx]."""
+        return float(self.indirect @ self.bands.luminous)
+
+    @property
+    def total_lx(self) -> float:
+        """Illuminance [lx]."""
+        return self.direct_lx + self.indirect_lx
+
+
+@dataclass
+class Rooms:
+    """Transports already computed: rooms of one shape share one, whatever their materials."""
+
+    kept: dict = field(default_factory=dict)
+
+    def transport(self, scene: Scene, plan: Plan, seed: int,
+                  progress: Progress = lambda step: None) -> Transport:
+        """The transport of that scene's geometry, computed once."""
+        key = (scene.geometry_key, plan.patch_size, plan.rays, seed)
+        if key not in self.kept:
+            progress(f"{scene.title}: form factors")
+            self.kept[key] = compute_transport(scene, plan.patch_size, plan.rays, seed)
+        return self.kept[key]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Radiosity of every patch in every band.
+
+    reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
+    radiosity : (n_patches, n_bands) [W m⁻² per band; weighted integrals in RGB]
+    bands_solved : how many distinct systems of equations that took
+    energy_balance_error : largest |absorbed − emitted| / emitted over the bands
+    """
+
+    scene: Scene
+    bands: BandSet
+    plan: Plan
+    rooms: Rooms
+    transport: Transport
+    reflectance: np.ndarray
+    flux: np.ndarray
+    radiosity: np.ndarray
+    bands_solved: int
+    energy_balance_error: float
+    seconds: float
+
+    @property
+    def direct_irradiance(self) -> np.ndarray:
+        """What each patch receives straight from the luminaires (n_patches, n_bands)."""
+        return self.transport.direct @ self.flux
+
+    @property
+    def irradiance(self) -> np.ndarray:
+        """What each patch receives, direct and indirect (n_patches, n_bands)."""
+        return self.direct_irradiance + self.transport.exchange.irradiance(self.radiosity)
+
+    @cached_property
+    def vertex_radiosity(self) -> np.ndarray:
+        """Indirect light that each vertex reflects (n_vertices, n_bands)."""
+        received = self.transport.to_vertices @ self.radiosity
+        return self.reflectance[self.transport.mesh.vertex_surface] * received
+
+    def photometer(self, position, normal, name: str = "photometer") -> Reading:
+        """Read a meter at a point (3,) [m] that faces along normal (3,). Raises InputError."""
+        where = f"{self.scene.path}: photometer {name!r}"
+        position, normal = np.asarray(position, dtype=float), np.asarray(normal, dtype=float)
+        facing = normal / np.linalg.norm(normal)
+        direct, indirect = self._read(position, facing, where)
+        return Reading(name, position, normal, direct, indirect, self.bands,
+                       self._half_width(position, facing, where))
+
+    def photometers(self) -> list[Reading]:
+        """Read the scene's own photometers."""
+        return [self.photometer(p.position, p.normal, p.name) for p in self.scene.photometers]
+
+    def _read(self, position, normal, where, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Direct and indirect irradiance (n_bands,)."""
+        spot = place(self.transport, position, normal, where)
+        direct = direct_reading(self.transport, spot, normal, seed) @ self.flux
+        sensor = indirect_sensor(self.transport, spot, normal, seed)
+        indirect = (sensor.direct_radiosity(self.reflectance, self.flux)
+                    + sensor.indirect_radiosity(self.vertex_radiosity))[0]
+        return direct, indirect
+
+    def _read_lx(self, position, normal, where, seed: int = 0) -> float:
+        return float(sum(self._read(position, normal, where, seed)) @ self.bands.luminous)
+
+    def _half_width(self, position, normal, where) -> float:
+        """95 % half-width of a reading [lx].
+
+        Mesh: how far the reading moves when patches are twice as long; the error falls with their
+        square, so this is about 3 times what is left. Sampling: the spread of independent parts of
+        the rays. Both are estimated in RGB, which costs little; they hardly depend on the bands.
+        """
+        fine, coarse, replicas = self._family
+        reading = fine._read_lx(position, normal, where)
+        mesh = abs(coarse._read_lx(position, normal, where) - reading)
+        spread = [r._read_lx(position, normal, where, k + 1) for k, r in enumerate(replicas)]
+        sampling = STUDENT_95 * np.std(spread, ddof=1) / np.sqrt(REPLICAS) if spread else 0.0
+        return float(np.hypot(mesh, sampling) + ROUNDING * reading)
+
+    @cached_property
+    def _family(self) -> tuple["Solution", "Solution", list["Solution"]]:
+        """This scene in RGB: as it is, on a coarser mesh, and with each replica of the rays."""
+        bands = band_set("rgb")
+        fine = self if self.bands.name == "rgb" else _solve_on(
+            self.scene, bands, self.plan, self.rooms, self.transport)
+        plan = self.plan.coarser()
+        coarse = _solve_on(self.scene, bands, plan, self.rooms,
+                           self.rooms.transport(self.scene, plan, self.transport.seed + 1))
+        replicas = [_solve_on(self.scene, bands, self.plan, self.rooms, self.transport, exchange)
+                    for exchange in self.transport.exchange.replicas]
+        return fine, coarse, replicas
+
+
+def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
+          seed: int | None = None, rooms: Rooms | None = None,
+          progress: Progress = lambda step: None) -> Solution:
+    """Solve a scene; what is not given here is taken from its [solver] table.
+
+    bands : "rgb" or "31"; accuracy : of readings [1], what mesh and rays are chosen for;
+    rooms : transports to share with other scenes of the same geometry; progress : told each step.
+    Raises InputError (the scene is too large) or SolveError (it has no steady state).
+    """
+    settings = scene.solver
+    accuracy = accuracy or settings.accuracy
+    seed = settings.seed if seed is None else seed
+    rooms = rooms or Rooms()
+    plan = make_plan(scene, accuracy, settings.patch_size)
+    transport = rooms.transport(scene, plan, seed, progress)
+    progress(f"{scene.title}: interreflections, {bands or settings.bands} bands")
+    return _solve_on(scene, band_set(bands or settings.bands), plan, rooms, transport)
+
+
+def _solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport,
+              exchange: Exchange | None = None) -> Solution:
+    started = time.perf_counter()
+    exchange = exchange or transport.exchange
+    reflectance, flux = scene.reflectance(bands), scene.flux(bands)
+    first, index, scale = distinct_bands(reflectance, flux)
+    on_patches = reflectance[transport.mesh.surface]
+    solved = radiosity(exchange, on_patches[:, first], transport.direct @ flux[:, first])
+    patches = solved[:, index] * scale
+    balance = _energy_balance(exchange, on_patches, transport.direct @ flux, patches, flux)
+    return Solution(scene, bands, plan, rooms, transport, reflectance, flux, patches, len(first),
+                    balance, time.perf_counter() - started)
+
+
+def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
+    """Bands whose answers are multiples of each other are solved once: a grey room is one band.
+
+    Returns the bands to solve (k,), which of them each band follows (n_bands,), and its multiple.
+    """
+    total = flux.sum(axis=0)
+    shape = flux / np.where(total > 0, total, 1.0)
+    _, first, index = np.unique(np.vstack([reflectance, np.round(shape, 14)]), axis=1,
+                                return_index=True, return_inverse=True)
+    index = index.ravel()
+    base = total[first][index]
+    return first, index, np.where(base > 0, total / np.where(base > 0, base, 1.0), 0.0)
+
+
+def _energy_balance(exchange: Exchange, reflectance, direct, radiosity_, flux) -> float:
+    received = direct + exchange.irradiance(radiosity_)
+    absorbed = exchange.areas @ ((1 - reflectance) * received)
+    emitted = flux.sum(axis=0)
+    return float((np.abs(absorbed - emitted) / np.where(emitted > 0, emitted, 1.0)).max(initial=0.0))

@@ -1,0 +1,176 @@
+"""Light straight from the luminaires: per lumen of each, at points and on patches."""
+
+import numpy as np
+
+from renderer.scene.luminaires import Luminaire
+from renderer.transport.contour import exchange_areas, polygon_factors
+from renderer.transport.form_factors import Exchange
+from renderer.transport.mesh import Mesh
+from renderer.transport.sampling import Nets
+from renderer.transport.visibility import CHUNK, Visibility, in_threads
+
+PATCH_POINTS = 16
+"""Points on a patch, where its direct light is not integrated in closed form."""
+SHADOW_RAYS = 64
+"""Rays from a point to a luminaire with area: its penumbra in 64 steps, jittered."""
+
+
+def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire]) -> np.ndarray:
+    """Illuminance per lumen (k, n_luminaires) [lx/lm = m⁻²], nothing standing between."""
+    factors = np.zeros((len(points), len(luminaires)))
+    for index, lum in enumerate(luminaires):
+        if lum.outline is not None:
+            corners = np.broadcast_to(lum.outline, (len(points), *lum.outline.shape))
+            factors[:, index] = polygon_factors(points, normals, corners) / lum.area
+            continue
+        away = points - lum.center
+        distance2 = np.maximum(np.einsum("ki,ki->k", away, away), 1e-300)
+        incidence = np.clip(-np.einsum("ki,ki->k", away, normals), 0, None) / np.sqrt(distance2)
+        if lum.lambertian:
+            emission = np.clip(away @ lum.normal, 0, None) / np.sqrt(distance2) / np.pi
+        else:
+            emission = 1 / (4 * np.pi)
+        factors[:, index] = incidence * emission / distance2
+    return factors
+
+
+def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
+                  visibility: Visibility, rays: int, seed: tuple[int, ...]) -> np.ndarray:
+    """Share of a luminaire's light that reaches each point past what stands between (k,).
+
+    points : (k, 3) [m], already off their surface. Rays go to points all over the luminaire, each
+    weighted with what it would bring.
+    """
+    if luminaire.outline is None:
+        return visibility.clear(points, np.broadcast_to(luminaire.center, points.shape)).astype(float)
+    nets = Nets(rays, 2, seed)
+    share = np.empty(len(points))
+    step = max(1, CHUNK // rays)
+    draws = {s: nets.draw(min(len(points), s + step) - s) for s in range(0, len(points), step)}
+
+    def work(start: int, stop: int) -> None:
+        origins = points[start:stop, None]
+        targets = spread(luminaire, draws.pop(start))
+        reach = targets - origins
+        distance2 = np.maximum(np.einsum("kri,kri->kr", reach, reach), 1e-300)
+        weight = (np.clip(np.einsum("kri,ki->kr", reach, normals[start:stop]), 0, None)
+                  * np.clip(-(reach @ luminaire.normal), 0, None) / distance2**2)
+        needed = weight > 0
+        free = np.zeros(weight.shape)
+        free[needed] = visibility.clear(np.broadcast_to(origins, targets.shape)[needed],
+                                        targets[needed])
+        total = weight.sum(axis=1)
+        share[start:stop] = (weight * free).sum(axis=1) / np.where(total > 0, total, 1.0)
+
+    in_threads(work, len(points), step)
+    return share
+
+
+def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
+                    boxes: np.ndarray) -> np.ndarray:
+    """Whether some box (m, 8, 3) reaches between each point and the luminaire (k,).
+
+    True unless a plane separates every box from the shaft between them (Haines and Wallace, Shaft
+    Culling, 1994): an axis plane, the point's own tangent plane, or one through the point and an
+    edge of the luminaire. Where it is False no shadow ray is needed.
+    """
+    outline = luminaire.center[None] if luminaire.outline is None else luminaire.outline
+    edges = list(zip(outline, np.roll(outline, -1, axis=0), strict=True))
+    shadowed = np.empty(len(points), dtype=bool)
+
+    def work(start: int, stop: int) -> None:
+        p, n = points[start:stop], normals[start:stop]
+        low, high = np.minimum(p, outline.min(axis=0)), np.maximum(p, outline.max(axis=0))
+        slack = 1e-9 * (high - low).max(axis=1, initial=0.0)[:, None]
+        found = np.zeros(len(p), dtype=bool)
+        for box in boxes:
+            near = ((box.max(axis=0) >= low - slack) & (box.min(axis=0) <= high + slack)).all(axis=1)
+            k = np.flatnonzero(near & ~found)
+            offset = box[None] - p[k, None]
+            apart = (_along(offset, n[k]) <= slack[k]).all(axis=1)
+            for a, b in edges if len(edges) == 4 else ():  # a disc's many edges cost too much
+                plane = np.cross(a - p[k], b - p[k])
+                side = ((luminaire.center - p[k]) * plane).sum(axis=1)
+                plane *= np.sign(side)[:, None]
+                apart |= (_along(offset, plane) <= 0).all(axis=1) & (side != 0)
+            found[k[~apart]] = True
+        shadowed[start:stop] = found
+
+    in_threads(work, len(points), 1 << 13)
+    return shadowed
+
+
+def _along(offset: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Components (k, c) of vectors (k, c, 3) along directions (k, 3)."""
+    return (offset @ direction[:, :, None])[..., 0]
+
+
+def spread(luminaire: Luminaire, square: np.ndarray) -> np.ndarray:
+    """Points all over a luminaire's face (…, 3) [m], from points of the unit square (…, 2)."""
+    if luminaire.rectangle is not None:
+        r = luminaire.rectangle
+        return r.corner + square[..., :1] * r.u + square[..., 1:] * r.v
+    spokes = luminaire.outline - luminaire.center
+    turn = square[..., 1] * len(spokes)
+    sector = np.minimum(turn.astype(int), len(spokes) - 1)
+    part = (turn - sector)[..., None]
+    edge = (1 - part) * spokes[sector] + part * spokes[(sector + 1) % len(spokes)]
+    return luminaire.center + np.sqrt(square[..., :1]) * edge
+
+
+def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire],
+              visibility: Visibility | None, seed: tuple[int, ...],
+              rays: int = SHADOW_RAYS) -> np.ndarray:
+    """Illuminance per lumen at points (k, n_luminaires) [m⁻²], shadows included.
+
+    visibility : None where nothing can stand between.
+    """
+    factors = unoccluded(points, normals, luminaires)
+    if visibility is not None:
+        lifted = visibility.off(points, normals)
+        for index, luminaire in enumerate(luminaires):
+            lit = np.flatnonzero(factors[:, index] > 0)
+            lit = lit[may_be_shadowed(points[lit], normals[lit], luminaire,
+                                      visibility.mesh.obstacles)]
+            factors[lit, index] *= visible_share(lifted[lit], normals[lit], luminaire, visibility,
+                                                 rays, (*seed, index))
+    return factors
+
+
+def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire],
+                      visibility: Visibility | None, seed: tuple[int, ...]) -> tuple[np.ndarray, float]:
+    """Mean illuminance of each patch per lumen (n_patches, n_luminaires) [m⁻²].
+
+    Flat luminaires that see whole patches: by the double contour integral; else from points on
+    each patch. All lumens arrive somewhere: each luminaire's sum is scaled to 1. Returns also the
+    largest error of that sum before scaling.
+    """
+    live = exchange.areas > 0
+    mean = np.zeros((len(mesh.patches), len(luminaires)))
+    for index, lum in enumerate(luminaires):
+        whole = np.zeros(len(live), dtype=bool)
+        if visibility is None and lum.outline is not None:
+            height = (mesh.corners - lum.center) @ lum.normal
+            slack = 1e-12 * mesh.scale
+            facing = ((lum.center - mesh.centroid) * mesh.normal).sum(axis=1) > slack
+            whole = live & facing & (height >= -slack).all(axis=1)
+            corners = np.broadcast_to(lum.outline, (int(whole.sum()), *lum.outline.shape))
+            mean[whole, index] = exchange_areas(mesh.corners[whole], corners) / (
+                lum.area * exchange.areas[whole])
+            live_here = live & facing & ~whole & (height > slack).any(axis=1)
+        else:
+            live_here = live
+        patch = np.flatnonzero(live_here)
+        points = _points_on(mesh, patch, (*seed, index))
+        normals = np.repeat(mesh.normal[patch], PATCH_POINTS, axis=0)
+        at = direct_at(points.reshape(-1, 3), normals, [lum], visibility, (*seed, index), 16)
+        mean[patch, index] = (at.reshape(len(patch), PATCH_POINTS).mean(axis=1)
+                              * mesh.area[patch] / exchange.areas[patch])
+    arrived = exchange.areas @ mean
+    error = float(np.abs(arrived - 1).max(initial=0.0))
+    return mean / np.where(arrived > 0, arrived, 1.0), error
+
+
+def _points_on(mesh: Mesh, patch: np.ndarray, seed: tuple[int, ...]) -> np.ndarray:
+    square = Nets(PATCH_POINTS, 2, seed).draw(len(patch))
+    return mesh.spread(patch, square)

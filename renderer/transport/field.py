@@ -1,0 +1,74 @@
+"""Readings and pictures as linear functions of the light on the surfaces.
+
+Whatever looks at a room, a pixel or a photometer, adds up radiosity from places on patches, each
+with a weight. Direct light there is computed exactly, with its shadows; indirect light is
+interpolated between vertices. The sum depends on geometry alone until reflectances and fluxes are
+put in, so one sensor serves every material and every band.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from renderer.transport.direct import SHADOW_RAYS, direct_at
+from renderer.transport.transport import Transport
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Rows of weights (one a pixel or photometer) on the light that leaves the surfaces.
+
+    direct : (rows, n_surfaces · n_luminaires) [m⁻²] per unit reflectance and lumen
+    indirect : (rows, n_vertices) on the reflected light of each vertex
+    """
+
+    direct: sparse.csr_array
+    indirect: sparse.csr_array
+
+    def direct_radiosity(self, reflectance: np.ndarray, flux: np.ndarray) -> np.ndarray:
+        """Weighted sum of direct light reflected once (rows, n_bands).
+
+        reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands).
+        """
+        once = reflectance[:, None, :] * flux[None, :, :]
+        return self.direct @ once.reshape(-1, once.shape[-1])
+
+    def indirect_radiosity(self, vertex_radiosity: np.ndarray) -> np.ndarray:
+        """Weighted sum of light reflected more than once (rows, n_bands)."""
+        return self.indirect @ vertex_radiosity
+
+
+def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndarray, seed: int,
+              rays: int = SHADOW_RAYS) -> np.ndarray:
+    """Illuminance per lumen at points (s, t) on patches (k, n_luminaires) [m⁻²]; 0 on luminaires."""
+    mesh = transport.mesh
+    bright = transport.reflecting[patch]
+    light = np.zeros((len(patch), len(transport.luminaires)))
+    points = mesh.at(patch[bright], s[bright], t[bright])
+    light[bright] = direct_at(points, mesh.normal[patch[bright]], transport.luminaires,
+                              transport.visibility, (transport.seed, 4, seed), rays)
+    return light
+
+
+def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray,
+          t: np.ndarray, weight: np.ndarray, per_lumen: np.ndarray) -> Sensor:
+    """The sensor that adds up `weight` × radiosity at points (s, t) on patches, by row.
+
+    row, patch, s, t, weight : (k,); per_lumen : (k, n_luminaires), from `direct_on`.
+    """
+    mesh, n_luminaires = transport.mesh, len(transport.luminaires)
+    bright = transport.reflecting[patch]
+    row, patch, s, t, weight, per_lumen = (
+        x[bright] for x in (row, patch, s, t, weight, per_lumen))
+    columns = mesh.surface[patch][:, None] * n_luminaires + np.arange(n_luminaires)
+    shape = (n_rows, transport.n_surfaces * n_luminaires)
+    direct = _gathered(weight[:, None] * per_lumen, row, columns, shape)
+    corner_weights = weight[:, None] * mesh.weights(patch, s, t)
+    indirect = _gathered(corner_weights, row, mesh.patches[patch], (n_rows, len(mesh.vertices)))
+    return Sensor(direct, indirect)
+
+
+def _gathered(values: np.ndarray, row: np.ndarray, columns: np.ndarray, shape) -> sparse.csr_array:
+    rows = np.repeat(row, columns.shape[1])
+    return sparse.coo_array((values.ravel(), (rows, columns.ravel())), shape=shape).tocsr()

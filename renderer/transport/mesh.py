@@ -1,0 +1,276 @@
+"""Patches: the room's faces, the solids and the luminaires' faces, divided."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import trimesh
+
+from renderer.scene.geometry import Rectangle, flat_parts
+from renderer.scene.luminaires import Luminaire
+from renderer.scene.reading import Scene
+
+COPLANAR = 1e-7
+"""Distance from a plane, relative to the room's longest side, that counts as touching it."""
+MOUNTED = 0.005
+"""A luminaire this near to the face behind it, relative to its shorter side, is mounted on it:
+the little light that would enter the gap is left out, its face covers that part of the surface."""
+GRADING = 0.8
+"""0 divides a rectangle evenly; 1 as cos, finest where light changes fastest: at edges."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Flat patches, each a parallelogram or a triangle.
+
+    vertices : (n_vertices, 3) [m]; a vertex belongs to one flat part, so it has one normal
+    patches : (n_patches, 4) indices, counter-clockwise seen from the front; a triangle repeats
+        its last vertex
+    surface : (n_patches,) index into Scene.surfaces
+    vertex_surface : (n_vertices,) likewise
+    twin : (n_patches,) the patch on the other side of a sheet (a luminaire in mid-air), else -1
+    obstacles : (m, 8, 3) corners of boxes around whatever stands in the room [m]
+    size : (3,) extent of the room [m]
+    """
+
+    vertices: np.ndarray
+    patches: np.ndarray
+    surface: np.ndarray
+    vertex_surface: np.ndarray
+    twin: np.ndarray
+    obstacles: np.ndarray
+    size: np.ndarray
+
+    @property
+    def scale(self) -> float:
+        """The room's longest side [m], what tolerances are relative to."""
+        return float(self.size.max())
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Corners of each patch (n_patches, 4, 3) [m]."""
+        return self.vertices[self.patches]
+
+    @cached_property
+    def triangular(self) -> np.ndarray:
+        """Which patches are triangles (n_patches,)."""
+        return self.patches[:, 2] == self.patches[:, 3]
+
+    @cached_property
+    def u(self) -> np.ndarray:
+        """First edge of each patch (n_patches, 3) [m]."""
+        return self.corners[:, 1] - self.corners[:, 0]
+
+    @cached_property
+    def v(self) -> np.ndarray:
+        """Last edge, from the same corner (n_patches, 3) [m]."""
+        return self.corners[:, 3] - self.corners[:, 0]
+
+    @cached_property
+    def area(self) -> np.ndarray:
+        """Area of each patch (n_patches,) [m²]."""
+        cross = np.linalg.norm(np.cross(self.u, self.v), axis=1)
+        return np.where(self.triangular, cross / 2, cross)
+
+    @cached_property
+    def normal(self) -> np.ndarray:
+        """Unit normal of each patch (n_patches, 3)."""
+        cross = np.cross(self.u, self.v)
+        return cross / np.linalg.norm(cross, axis=1)[:, None]
+
+    @cached_property
+    def centroid(self) -> np.ndarray:
+        """Middle of each patch (n_patches, 3) [m]."""
+        return self.at(np.arange(len(self.patches)), *self.middle.T)
+
+    @cached_property
+    def middle(self) -> np.ndarray:
+        """Coordinates (s, t) of each patch's middle (n_patches, 2)."""
+        return np.where(self.triangular[:, None], 1 / 3, 1 / 2) * np.ones(2)
+
+    def at(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Points corner + s u + t v of the patches (k, 3) [m]; s and t from 0 to 1."""
+        return (self.corners[patch, 0] + s[..., None] * self.u[patch] + t[..., None] * self.v[patch])
+
+    def spread(self, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
+        """Points all over each patch (k, n, 3), evenly, from points of the unit square (k, n, 2)."""
+        s, t = square[..., 0], square[..., 1]
+        fold = self.triangular[patch][:, None] & (s + t > 1)
+        return self.at(patch[:, None], np.where(fold, 1 - s, s), np.where(fold, 1 - t, t))
+
+    def inside(self, patch: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The (s, t) of points on the patches' planes."""
+        u, v, offset = self.u[patch], self.v[patch], points - self.corners[patch, 0]
+        uu, uv, vv = _dot(u, u), _dot(u, v), _dot(v, v)
+        ou, ov = _dot(offset, u), _dot(offset, v)
+        det = uu * vv - uv * uv
+        return (ou * vv - ov * uv) / det, (ov * uu - ou * uv) / det
+
+    def weights(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Linear interpolation between a patch's four vertices (k, 4); its rows sum to 1."""
+        s, t = np.clip(s, 0, 1), np.clip(t, 0, 1)
+        quad = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
+        triangle = np.stack([1 - s - t, s, t, np.zeros_like(s)], axis=-1)
+        return np.where(self.triangular[patch][:, None], triangle, quad)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("...i,...i->...", a, b)
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """Where a luminaire covers part of a face: `face` names it, `outline` (4, 3) lies in it."""
+
+    face: str
+    outline: np.ndarray
+    surface: int
+
+
+def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | None:
+    """The room face that a rectangular luminaire is mounted on and aligned with, if any."""
+    lamp = luminaire.rectangle
+    if lamp is None:
+        return None
+    for name, face in scene.room.items():
+        gap = (luminaire.center - face.corner) @ face.normal
+        near = MOUNTED * min(np.linalg.norm(lamp.u), np.linalg.norm(lamp.v))
+        aligned = min(np.linalg.norm(np.cross(lamp.u, edge)) / np.linalg.norm(edge)
+                      for edge in (face.u, face.v)) < COPLANAR * np.linalg.norm(lamp.u)
+        if aligned and gap <= near and luminaire.normal @ face.normal > 1 - 1e-12:
+            return Mounting(name, lamp.corners - gap * face.normal, surface)
+    return None
+
+
+def build_mesh(scene: Scene, patch_size: float) -> Mesh:
+    """Divide a scene into patches of about `patch_size` [m], graded toward edges and contacts."""
+    first_face = len(scene.room) + len(scene.solids)
+    mountings, sheets = [], []
+    for index, luminaire in enumerate(scene.faces):
+        found = mounting(scene, luminaire, first_face + index)
+        if found is not None:
+            mountings.append(found)
+        else:
+            sheets.append((first_face + index, luminaire))
+    rectangles = [(index, name, face) for index, (name, face) in enumerate(scene.room.items())]
+    builder = _Builder(patch_size, COPLANAR * float(scene.size.max()))
+    loose = []
+    for index, solid in enumerate(scene.solids, start=len(scene.room)):
+        flats, triangles = flat_parts(solid.mesh)
+        rectangles += [(index, None, flat) for flat in flats]
+        loose.append((index, triangles))
+    outlines = np.array([r.corners for _, _, r in rectangles] + [m.outline for m in mountings])
+    for index, name, rectangle in rectangles:
+        covers = [m for m in mountings if m.face == name]
+        builder.add_rectangle(index, rectangle, outlines, covers)
+    for index, triangles in loose:
+        builder.add_triangles(index, triangles)
+    for index, luminaire in sheets:
+        builder.add_sheet(index, luminaire, scene)
+    around = [solid.mesh.bounds for solid in scene.solids]
+    around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for _, lum in sheets]
+    corners = np.array(list(np.ndindex(2, 2, 2)))
+    boxes = np.array([bounds[corners, np.arange(3)] for bounds in around]).reshape(-1, 8, 3)
+    return builder.finish(boxes, scene.size)
+
+
+class _Builder:
+    def __init__(self, patch_size: float, touch: float):
+        self.patch_size = patch_size
+        self.touch = touch
+        self.vertices, self.patches, self.surface = [], [], []
+        self.vertex_surface, self.twin = [], []
+        self.n_vertices = self.n_patches = 0
+
+    def add(self, vertices, patches, surface, vertex_surface, twin=None):
+        self.vertices.append(vertices)
+        self.patches.append(patches + self.n_vertices)
+        self.surface.append(surface)
+        self.vertex_surface.append(np.full(len(vertices), vertex_surface))
+        self.twin.append(np.full(len(patches), -1) if twin is None else twin + self.n_patches)
+        self.n_vertices += len(vertices)
+        self.n_patches += len(patches)
+
+    def add_rectangle(self, index: int, rectangle: Rectangle, outlines: np.ndarray,
+                      covers: list[Mounting]) -> None:
+        us = self.divisions(rectangle.corner, rectangle.u, rectangle.v, rectangle.normal, outlines)
+        vs = self.divisions(rectangle.corner, rectangle.v, rectangle.u, rectangle.normal, outlines)
+        vertices, patches = grid(rectangle, us, vs)
+        surface = np.full(len(patches), index)
+        middles = vertices[patches].mean(axis=1)
+        for cover in covers:
+            o, e, f = cover.outline[0], *(cover.outline[k] - cover.outline[0] for k in (1, 3))
+            s, t = (middles - o) @ e / (e @ e), (middles - o) @ f / (f @ f)
+            surface[(s > 0) & (s < 1) & (t > 0) & (t < 1)] = cover.surface
+        self.add(vertices, patches, surface, index)
+
+    def divisions(self, corner, along, across, normal, outlines) -> np.ndarray:
+        """Where a rectangle is cut along one edge (k,), 0 to 1: at what touches it, and between."""
+        length, width = np.linalg.norm(along), np.linalg.norm(across)
+        a = outlines - corner
+        b = np.roll(a, -1, axis=1)
+        flat = (abs(a @ normal) < self.touch) & (abs(b @ normal) < self.touch)
+        xa, xb = a @ along / length, b @ along / length
+        ya, yb = a @ across / width, b @ across / width
+        cuts = flat & (abs(xa - xb) < self.touch) & (np.maximum(ya, yb) > self.touch) & (
+            np.minimum(ya, yb) < width - self.touch)
+        inner = np.sort(xa[cuts & (xa > self.touch) & (xa < length - self.touch)])
+        stops = [0.0]
+        for x in [*inner, length]:
+            if x - stops[-1] > self.touch:
+                stops.append(float(x))
+        stops[-1] = length
+        pieces = [np.zeros(1)]
+        for start, end in pairwise(stops):
+            n = max(1, int(np.ceil((end - start) / self.patch_size - 0.01)))
+            even = np.linspace(0, 1, n + 1)[1:]
+            graded = (1 - GRADING) * even + GRADING * (1 - np.cos(np.pi * even)) / 2
+            pieces.append(start + (end - start) * graded)
+        return np.concatenate(pieces) / length
+
+    def add_triangles(self, index: int, triangles: np.ndarray) -> None:
+        if not len(triangles):
+            return
+        faces = np.arange(3 * len(triangles)).reshape(-1, 3)
+        vertices, faces = trimesh.remesh.subdivide_to_size(
+            triangles.reshape(-1, 3), faces, max_edge=2 * self.patch_size, max_iter=20)
+        corners = vertices[faces]
+        sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        faces = faces[np.linalg.norm(sides, axis=1) > self.touch**2]
+        self.add(vertices, np.column_stack([faces, faces[:, 2]]), np.full(len(faces), index), index)
+
+    def add_sheet(self, index: int, luminaire: Luminaire, scene: Scene) -> None:
+        if luminaire.rectangle is not None:
+            rectangle = luminaire.rectangle
+            steps = [np.linspace(0, 1, 1 + int(np.ceil(np.linalg.norm(edge) / self.patch_size)))
+                     for edge in (rectangle.u, rectangle.v)]
+            vertices, patches = grid(rectangle, *steps)
+        else:
+            k = len(luminaire.outline)
+            vertices = np.vstack([luminaire.outline, luminaire.center])
+            patches = np.array([[k, i, (i + 1) % k, (i + 1) % k] for i in range(k)])
+        # A sheet that lies in a wall's plane stands off it by more than a ray's tolerance.
+        for face in scene.room.values():
+            gap = ((vertices - face.corner) @ face.normal).min()
+            off = max(0.0, 5e-5 * float(scene.size.max()) - gap)
+            if abs(luminaire.normal @ face.normal) > 1 - 1e-6:
+                vertices = vertices + off * face.normal
+        triangular = patches[:, 2] == patches[:, 3]
+        back = np.where(triangular[:, None], patches[:, [0, 2, 1, 1]], patches[:, [0, 3, 2, 1]])
+        n = len(patches)
+        self.add(vertices, patches, np.full(n, index), index, np.arange(n) + n)
+        self.add(vertices, back, np.full(n, index), index, np.arange(n) - n)
+
+    def finish(self, obstacles: np.ndarray, size: np.ndarray) -> Mesh:
+        return Mesh(*(np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
+                                                  self.vertex_surface, self.twin)), obstacles, size)
+
+
+def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs` (fractions)."""
+    vertices = (rectangle.corner + us[:, None, None] * rectangle.u
+                + vs[None, :, None] * rectangle.v).reshape(-1, 3)
+    index = np.arange(len(us) * len(vs)).reshape(len(us), len(vs))
+    patches = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)
+    return vertices, patches.reshape(-1, 4)

@@ -1,0 +1,36 @@
+"""Low-discrepancy points, one independent randomisation for each patch, point or pixel."""
+
+import numpy as np
+
+BITS = 30
+
+
+class Nets:
+    """Nets of `n` points in [0, 1)^dimensions, each a Sobol net with a digital shift of its own.
+
+    n : a power of 2. Equal seeds give equal nets. (Sobol 1967; Owen-scrambled by scipy; the shift
+    makes them independent, so that their errors average out and can be measured.)
+    """
+
+    def __init__(self, n: int, dimensions: int, seed: tuple[int, ...]):
+        from scipy.stats.qmc import Sobol
+
+        self._random = np.random.default_rng(seed)
+        sampler = Sobol(dimensions, bits=BITS, rng=self._random)
+        self._net = (sampler.random(n) * 2**BITS).astype(np.uint32)
+
+    def draw(self, count: int) -> np.ndarray:
+        """The next `count` nets (count, n, dimensions)."""
+        shift = self._random.integers(2**BITS, size=(count, 1, self._net.shape[1]), dtype=np.uint32)
+        return (self._net ^ shift) * 2.0**-BITS + 2.0 ** -(BITS + 1)
+
+
+def cosine_directions(square: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Directions (k, n, 3) with density cos θ / π, from points of the unit square (k, n, 2).
+
+    frames : (k, 3, 3), the last row of each the axis θ is counted from.
+    """
+    radius, angle = np.sqrt(square[..., 0]), 2 * np.pi * square[..., 1]
+    local = np.stack([radius * np.cos(angle), radius * np.sin(angle),
+                      np.sqrt(1 - square[..., 0])], axis=-1)
+    return local @ frames

@@ -1,0 +1,109 @@
+"""Everything about light in a room that its geometry alone decides, computed once.
+
+A grey and a red room of one shape share it, whatever the bands; so do their pictures.
+"""
+
+import time
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from renderer.scene.luminaires import Luminaire
+from renderer.scene.reading import Scene
+from renderer.transport.contour import HORIZON, point_factors
+from renderer.transport.direct import direct_on_patches
+from renderer.transport.form_factors import (
+    BURIED,
+    Exchange,
+    contour_exchange,
+    gather_by_rays,
+    ray_exchange,
+)
+from renderer.transport.mesh import Mesh, build_mesh
+from renderer.transport.visibility import Visibility
+
+INWARD = 1e-3
+"""How far a vertex is moved toward the exposed patches around it before it is asked what it
+receives, relative to their distance: a point on an edge or under an object has no one answer."""
+
+
+@dataclass
+class Transport:
+    """The mesh of a room and its operators, per lumen and per unit of radiosity.
+
+    mesh, luminaires, seed
+    visibility : None where nothing can stand between two points
+    exchange : who exchanges light with whom
+    direct : (n_patches, n_luminaires) mean illuminance per lumen [m⁻²]
+    direct_error : largest error of a luminaire's total before it was scaled to 1
+    """
+
+    mesh: Mesh
+    luminaires: list[Luminaire]
+    n_surfaces: int
+    rays_per_patch: int
+    seed: int
+    visibility: Visibility | None
+    exchange: Exchange
+    direct: np.ndarray
+    direct_error: float
+    seconds: float = field(default=0.0)
+
+    @property
+    def rays(self) -> int:
+        """Visibility rays cast so far, the camera's own left out where light needs none."""
+        return self.visibility.rays if self.visibility is not None else 0
+
+    @cached_property
+    def eye(self) -> Visibility:
+        """What a camera looks through: rays are cast even where light needs none."""
+        return self.visibility or Visibility(self.mesh)
+
+    @cached_property
+    def to_vertices(self):
+        """What each vertex receives per unit radiosity of each patch (n_vertices, n_patches)."""
+        mesh = self.mesh
+        points, normals = self._vertex_points()
+        if self.visibility is None:
+            lifted = points + HORIZON / 2 * mesh.scale * normals
+            return point_factors(lifted, normals, mesh)
+        lifted = self.visibility.off(points, normals)
+        return gather_by_rays(lifted, normals, self.visibility, self.rays_per_patch, (self.seed, 3))
+
+    @cached_property
+    def reflecting(self) -> np.ndarray:
+        """Which patches are not a luminaire's face (n_patches,); those are black."""
+        faces = sum(lum.outline is not None for lum in self.luminaires)
+        return self.mesh.surface < self.n_surfaces - faces
+
+    def _vertex_points(self) -> tuple[np.ndarray, np.ndarray]:
+        mesh = self.mesh
+        share = np.where(self.reflecting, self.exchange.areas / mesh.area, 0.0)
+        corner = mesh.patches.ravel()
+        # Exposed patches draw with their weight, others only where there is no exposed one.
+        weight = np.repeat(np.where(share > 0.5, 1.0, BURIED * 1e-6 + 1e-3 * share), 4)
+        total = np.bincount(corner, weight, len(mesh.vertices))
+        target = np.stack([np.bincount(corner, weight * np.repeat(mesh.centroid[:, k], 4),
+                                       len(mesh.vertices)) for k in range(3)], axis=1)
+        target /= total[:, None]
+        normals = np.zeros_like(mesh.vertices)
+        normals[corner] = np.repeat(mesh.normal, 4, axis=0)
+        return mesh.vertices + INWARD * (target - mesh.vertices), normals
+
+
+def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int) -> Transport:
+    """Divide the room into patches and find out who exchanges light with whom.
+
+    patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches.
+    """
+    started = time.perf_counter()
+    mesh = build_mesh(scene, patch_size)
+    visibility = Visibility(mesh) if rays else None
+    if visibility is None:
+        exchange = contour_exchange(mesh)
+    else:
+        exchange = ray_exchange(mesh, visibility, rays, (seed, 1))
+    direct, error = direct_on_patches(mesh, exchange, scene.luminaires, visibility, (seed, 2))
+    return Transport(mesh, scene.luminaires, len(scene.surfaces), rays, seed, visibility, exchange,
+                     direct, error, time.perf_counter() - started)

@@ -1,0 +1,143 @@
+"""What a ray meets: the only user of Embree, and the only place with float32.
+
+The scene is moved to its middle and scaled to unit size in float64 before it is cast, so tolerances
+are relative and a room of 1 mm or 10 km, or one far from the origin, behaves alike.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from os import cpu_count
+from threading import Lock
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from renderer.transport.mesh import Mesh
+
+STAND_OFF = 1e-5
+"""How far rays start off their surface and stop short of their target, relative to the room's
+longest side: some 100 times what float32 resolves, and 50 µm in a room of 5 m."""
+CHUNK = 1 << 18
+PROBE_POINTS, PROBE_RAYS = 6, 16
+"""Points on a patch, and rays from each, that tell whether it is covered up."""
+COVERED_BY_COVERED = 4
+"""How many crates may stand on each other with all their contacts recognised."""
+
+NOTHING, INSIDE = -1, -2
+"""What a ray met when it met no patch: nothing at all, or the back of a surface (it started
+inside a solid or outside the room)."""
+
+
+def in_threads(work, n: int, chunk: int = CHUNK) -> None:
+    """Call work(start, stop) for slices of n, on every core; Embree and numpy release the GIL."""
+    starts = range(0, n, chunk)
+    if len(starts) == 1:
+        work(0, n)
+        return
+    with ThreadPoolExecutor(cpu_count()) as pool:
+        for done in [pool.submit(work, s, min(n, s + chunk)) for s in starts]:
+            done.result()
+
+
+@dataclass
+class Visibility:
+    """Rays through the patches of one mesh. `rays` counts those cast.
+
+    Patches that are covered up (a crate's foot and the floor under it) are left out: two surfaces
+    in one place would be met in either order. `exposed` (n_patches,) tells which remain.
+    """
+
+    mesh: Mesh
+    rays: int = 0
+
+    def __post_init__(self):
+        self._middle = self.mesh.size / 2
+        self._counting = Lock()
+        self.exposed = np.ones(len(self.mesh.patches), dtype=bool)
+        self._build()
+        for _ in range(COVERED_BY_COVERED):
+            covered = self._covered()
+            if not covered.any():
+                break
+            self.exposed[covered] = False
+            self._build()
+
+    def _covered(self) -> np.ndarray:
+        """Exposed patches of which every probed point is inside a solid or outside the room.
+
+        From there most rays meet the back of a surface, or nothing; not all do, since a covered
+        part of the floor and of the wall behind one cupboard may face each other.
+        """
+        patch = np.flatnonzero(self.exposed)
+        normals = self.mesh.normal[patch]
+        random = np.random.default_rng(0)
+        points = self.mesh.spread(patch, random.random((len(patch), PROBE_POINTS, 2)))
+        ball = random.normal(size=(len(patch), PROBE_POINTS, PROBE_RAYS, 3))
+        directions = ball / np.linalg.norm(ball, axis=-1, keepdims=True)
+        directions += 1.01 * normals[:, None, None]  # into the half space before the patch
+        origins = np.repeat(self.off(points, normals[:, None]).reshape(-1, 3), PROBE_RAYS, axis=0)
+        met = self.first_hit(origins, directions.reshape(-1, 3)).reshape(ball.shape[:3])
+        covered = np.zeros(len(self.exposed), dtype=bool)
+        covered[patch] = ((met < 0).mean(axis=2) > 0.5).all(axis=1)
+        return covered
+
+    def _build(self) -> None:
+        mesh = self.mesh
+        front = np.flatnonzero(
+            self.exposed & ((mesh.twin < 0) | (np.arange(len(mesh.twin)) < mesh.twin)))
+        corners = self._cast(mesh.vertices)[mesh.patches[front]]
+        quads = np.flatnonzero(~mesh.triangular[front])
+        triangles = np.concatenate([corners[:, :3], corners[quads][:, [0, 2, 3]]])
+        self._patch = np.concatenate([front, front[quads]])
+        self._scene = EmbreeScene()
+        faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+        self._geometry = TriangleMesh(self._scene, triangles.reshape(-1, 3), faces)
+
+    def _cast(self, points: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray((points - self._middle) / self.mesh.scale, dtype=np.float32)
+
+    def _count(self, n: int) -> None:
+        with self._counting:
+            self.rays += n
+
+    def first_hit(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """The patch that each ray meets first (k,), or NOTHING, or INSIDE.
+
+        origins : (k, 3) [m], already off their surface; directions : (k, 3), any length.
+        """
+        n = len(origins)
+        patch = np.empty(n, dtype=np.int64)
+
+        def work(start: int, stop: int) -> None:
+            d = np.ascontiguousarray(directions[start:stop], dtype=np.float32)
+            hit = self._scene.run(self._cast(origins[start:stop]), d, query="INTERSECT")
+            found = np.where(hit >= 0, self._patch[hit], NOTHING)
+            behind = (hit >= 0) & (np.einsum("ij,ij->i", d, self.mesh.normal[found]) > 0)
+            twin = self.mesh.twin[found]
+            patch[start:stop] = np.where(behind, np.where(twin >= 0, twin, INSIDE), found)
+
+        in_threads(work, n)
+        self._count(n)
+        return patch
+
+    def clear(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """Whether nothing stands between points off their surface and their targets (k,)."""
+        n = len(origins)
+        free = np.empty(n, dtype=bool)
+
+        def work(start: int, stop: int) -> None:
+            a, b = self._cast(origins[start:stop]), self._cast(targets[start:stop])
+            length = np.linalg.norm(b - a, axis=1)
+            short = np.clip(1 - 2 * STAND_OFF / np.maximum(length, 1e-30), 0, None)
+            d = (b - a) * short[:, None].astype(np.float32)
+            reach = np.ones(stop - start, dtype=np.float32)
+            free[start:stop] = self._scene.run(a, d, reach, query="OCCLUDED") != 0
+
+        in_threads(work, n)
+        self._count(n)
+        return free
+
+    def off(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Points (k, 3) lifted off their surface so that rays may start there."""
+        return points + STAND_OFF * self.mesh.scale * normals
