@@ -15,7 +15,8 @@ from renderer.errors import InputError, SolveError
 
 app = App(name="renderer", help="Does it matter that lighting software models colour as RGB? "
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
-          "measures the difference.", version_flags=["--version"], help_format="plaintext")
+          "measures the difference.", version_flags=["--version"], help_format="plaintext",
+          suppress_keyboard_interrupt=False)
 
 NOT_REACHED = ("renderer: warning: {scene}: the reading {name!r} is ± {got:.2%}, not the {asked:.2%} "
                "asked; give a smaller --accuracy.")

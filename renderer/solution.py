@@ -19,6 +19,7 @@ Progress = Callable[[str], None]
 
 STUDENT_95 = 3.182
 """Two-sided 95 % point of Student's t with REPLICAS − 1 = 3 degrees of freedom."""
+MESH_SAFETY = 3.0
 ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
 
@@ -141,13 +142,14 @@ class Solution:
     def _half_width(self, position, normal, where) -> float:
         """95 % half-width of a reading [lx].
 
-        Mesh: how far the reading moves when patches are twice as long; the error falls with their
-        square, so this is about 3 times what is left. Sampling: the spread of independent parts of
+        Mesh: three times how far the reading moves when patches are twice as long, the grid
+        convergence index for two meshes and an order of at least 1 (P. J. Roache, J. Fluids Eng.
+        116(3), 1994, doi:10.1115/1.2910291). Sampling: the spread of independent parts of
         the rays. Both are estimated in RGB, which costs little; they hardly depend on the bands.
         """
         fine, coarse, replicas = self._family
         reading = fine._read_lx(position, normal, where)
-        mesh = abs(coarse._read_lx(position, normal, where) - reading)
+        mesh = MESH_SAFETY * abs(coarse._read_lx(position, normal, where) - reading)
         spread = [r._read_lx(position, normal, where, k + 1) for k, r in enumerate(replicas)]
         sampling = STUDENT_95 * np.std(spread, ddof=1) / np.sqrt(REPLICAS) if spread else 0.0
         return float(np.hypot(mesh, sampling) + ROUNDING * reading)

@@ -108,14 +108,15 @@ def displayable(rgb: np.ndarray, luminance: float, ceiling: float = np.inf) -> n
     if not luminance > 0.0:
         return np.zeros(3)
     rgb = np.clip(rgb, 0.0, None)
-    rgb = rgb * (luminance / (LUMINANCE_WEIGHTS @ rgb))
-    full = np.zeros(3, dtype=bool)
-    while (rgb > ceiling).any():
-        full |= rgb >= ceiling
-        rgb[full] = ceiling
-        rest = luminance - LUMINANCE_WEIGHTS[full].sum() * ceiling
+    rgb = rgb / rgb.max() if rgb.max() > 0 else np.ones(3)
+    rgb *= luminance / (LUMINANCE_WEIGHTS @ rgb)
+    full = rgb > ceiling
+    while full.any() and not full.all():
+        rest = luminance - ceiling * LUMINANCE_WEIGHTS[full].sum()
         free = np.where(full, 0.0, rgb)
-        if not free.any():
-            free = np.where(full, 0.0, 1.0)
+        free = np.where(full, 0.0, 1.0) if not free.max() > 1e-9 * ceiling else free
         rgb = np.where(full, ceiling, free * (rest / (LUMINANCE_WEIGHTS @ free)))
-    return rgb
+        if not (rgb > ceiling).any():
+            return rgb
+        full |= rgb > ceiling
+    return np.minimum(rgb, ceiling)

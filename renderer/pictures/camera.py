@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from renderer.readings.photometer import off_surfaces, refuse_inside
+from renderer.readings.photometer import off_surfaces, refuse_inside, refuse_outside
 from renderer.scene.model import CameraTable
 from renderer.scene.reading import Scene
 from renderer.solution import Solution
@@ -127,6 +127,7 @@ def pinhole(table: CameraTable) -> Pinhole:
 def look(transport: Transport, table: CameraTable, where: str) -> View:
     """Find what every pixel of a camera sees. Raises InputError where it stands inside a solid."""
     camera = pinhole(table)
+    refuse_outside(transport, camera.position, f"{where}: camera")
     eye, _ = off_surfaces(transport, camera.position, 2 * STAND_OFF)
     refuse_inside(transport, eye, f"{where}: camera")
     width, height = camera.width, camera.height

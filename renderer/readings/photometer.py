@@ -25,6 +25,7 @@ def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where:
 
     A meter on a floor stands on it; in a corner it touches three surfaces and leaves all three.
     """
+    refuse_outside(transport, position, where)
     lift = HORIZON if transport.visibility is None else STAND_OFF
     position, touched = off_surfaces(transport, position, lift)
     if (touched @ normal < -1 + 1e-9).any():
@@ -51,18 +52,23 @@ def off_surfaces(transport: Transport, position: np.ndarray,
     edge = 1e-6
     on = (s >= -edge) & (t >= -edge) & np.where(
         mesh.triangular, s + t <= 1 + edge, (s <= 1 + edge) & (t <= 1 + edge))
-    touched = mesh.normal[on & (np.abs(height) <= lift) & (mesh.twin < 0)]
+    on &= (np.abs(height) <= lift) & (mesh.twin < 0) & (transport.exchange.areas > 0)
+    touched = mesh.normal[on]
     touched = np.unique(np.round(touched, 6), axis=0)
-    return np.clip(position, 0.0, mesh.size) + lift * touched.sum(axis=0), touched
+    return np.clip(position, *mesh.bounds) + lift * touched.sum(axis=0), touched
+
+
+def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> None:
+    """Raise InputError for a point outside the room."""
+    slack = INSIDE * transport.mesh.scale
+    low, high = transport.mesh.bounds
+    if (position < low - slack).any() or (position > high + slack).any():
+        raise InputError(f"{where}: position {_short(position)} is outside the room, which reaches "
+                         f"from {_short(low)} to {_short(high)} m. Move it into the room.")
 
 
 def refuse_inside(transport: Transport, position: np.ndarray, where: str) -> None:
-    """Raise InputError for a point outside the room or inside a solid."""
-    mesh = transport.mesh
-    slack = INSIDE * mesh.scale
-    if (position < -slack).any() or (position > mesh.size + slack).any():
-        raise InputError(f"{where}: position {_short(position)} is outside the room, which reaches "
-                         f"from [0, 0, 0] to {_short(mesh.size)} m. Move it into the room.")
+    """Raise InputError for a point inside a solid."""
     if transport.visibility is not None:
         # From inside a solid every direction ends on the back of a surface.
         probes = np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.64, 0.48]]])

@@ -16,8 +16,8 @@ from renderer.transport.visibility import in_threads
 
 HORIZON = 2e-9
 """Heights above a point's tangent plane below this, relative to the room, count as in the plane."""
-GAUSS_NODES = 12
-"""Per edge; touching unit squares are then right to 2e-8, squares a side apart to 1e-11."""
+GAUSS_NODES = 24
+"""Per edge; touching squares are then right to 1e-10, strips 100 times as long as wide to 1e-7."""
 CELLS = 1 << 19
 """Point–edge pairs worked on at once: what stays in the cache."""
 
@@ -112,13 +112,12 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
     edges = mesh_edges(mesh)
     factors = np.empty((len(points), len(mesh.patches)))
     touch = HORIZON * mesh.scale
-    middle = mesh.size / 2
-    vertices = mesh.vertices - middle
+    vertices = mesh.vertices - mesh.middle
     axes = frames(normals)
     first, second = edges.ends.T
 
     def work(start: int, stop: int) -> None:
-        own = points[start:stop] - middle
+        own = points[start:stop] - mesh.middle
         local = [vertices @ axes[start:stop, k].T - np.einsum("ij,ij->i", own, axes[start:stop, k])
                  for k in range(3)]
         x, y, z = (np.ascontiguousarray(c.T) for c in local)

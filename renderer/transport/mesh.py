@@ -31,7 +31,7 @@ class Mesh:
     vertex_surface : (n_vertices,) likewise
     twin : (n_patches,) the patch on the other side of a sheet (a luminaire in mid-air), else -1
     obstacles : (m, 8, 3) corners of boxes around whatever stands in the room [m]
-    size : (3,) extent of the room [m]
+    bounds : (2, 3) lowest and highest corner of the room [m]
     """
 
     vertices: np.ndarray
@@ -40,12 +40,17 @@ class Mesh:
     vertex_surface: np.ndarray
     twin: np.ndarray
     obstacles: np.ndarray
-    size: np.ndarray
+    bounds: np.ndarray
 
     @property
     def scale(self) -> float:
         """The room's longest side [m], what tolerances are relative to."""
-        return float(self.size.max())
+        return float(np.ptp(self.bounds, axis=0).max())
+
+    @property
+    def middle(self) -> np.ndarray:
+        """The room's middle (3,) [m]: coordinates are counted from it where digits are scarce."""
+        return self.bounds.mean(axis=0)
 
     @cached_property
     def corners(self) -> np.ndarray:
@@ -82,10 +87,10 @@ class Mesh:
     @cached_property
     def centroid(self) -> np.ndarray:
         """Middle of each patch (n_patches, 3) [m]."""
-        return self.at(np.arange(len(self.patches)), *self.middle.T)
+        return self.at(np.arange(len(self.patches)), *self.middle_st.T)
 
     @cached_property
-    def middle(self) -> np.ndarray:
+    def middle_st(self) -> np.ndarray:
         """Coordinates (s, t) of each patch's middle (n_patches, 2)."""
         return np.where(self.triangular[:, None], 1 / 3, 1 / 2) * np.ones(2)
 
@@ -172,7 +177,7 @@ def build_mesh(scene: Scene, patch_size: float) -> Mesh:
     around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for _, lum in sheets]
     corners = np.array(list(np.ndindex(2, 2, 2)))
     boxes = np.array([bounds[corners, np.arange(3)] for bounds in around]).reshape(-1, 8, 3)
-    return builder.finish(boxes, scene.size)
+    return builder.finish(boxes, np.array([np.zeros(3), scene.size]))
 
 
 class _Builder:
@@ -262,9 +267,9 @@ class _Builder:
         self.add(vertices, patches, np.full(n, index), index, np.arange(n) + n)
         self.add(vertices, back, np.full(n, index), index, np.arange(n) - n)
 
-    def finish(self, obstacles: np.ndarray, size: np.ndarray) -> Mesh:
+    def finish(self, obstacles: np.ndarray, bounds: np.ndarray) -> Mesh:
         return Mesh(*(np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
-                                                  self.vertex_surface, self.twin)), obstacles, size)
+                                                  self.vertex_surface, self.twin)), obstacles, bounds)
 
 
 def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -52,7 +52,6 @@ class Visibility:
     rays: int = 0
 
     def __post_init__(self):
-        self._middle = self.mesh.size / 2
         self._counting = Lock()
         self.exposed = np.ones(len(self.mesh.patches), dtype=bool)
         self._build()
@@ -95,7 +94,7 @@ class Visibility:
         self._geometry = TriangleMesh(self._scene, triangles.reshape(-1, 3), faces)
 
     def _cast(self, points: np.ndarray) -> np.ndarray:
-        return np.ascontiguousarray((points - self._middle) / self.mesh.scale, dtype=np.float32)
+        return np.ascontiguousarray((points - self.mesh.middle) / self.mesh.scale, dtype=np.float32)
 
     def _count(self, n: int) -> None:
         with self._counting:

@@ -1,0 +1,76 @@
+"""Scenes for the tests, written as a user would write them."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from renderer.scene.reading import Scene, load
+
+ROOT = Path(__file__).parent.parent
+
+
+def toml(value) -> str:
+    """A value as TOML."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{k} = {toml(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(toml(v) for v in value) + "]"
+    return json.dumps(value) if isinstance(value, (str, bool)) else repr(float(value))
+
+
+PANEL = {"shape": "rectangle", "center": [2.0, 2.0, 3.0], "normal": [0, 0, -1], "size": [1.0, 1.0],
+         "luminance": 1000.0}
+
+
+@pytest.fixture
+def room(tmp_path):
+    """A function that writes a scene file for a box room and loads it.
+
+    rho : the reflectance of every surface, or a material table; luminaires, objects, photometers :
+    lists of tables (an object's material is the walls' unless given); solver : a table.
+    """
+    count = iter(range(1000))
+
+    def make(rho=0.5, size=(4.0, 4.0, 3.0), luminaires=(PANEL,), objects=(), photometers=(),
+             solver=None, faces=None) -> Scene:
+        material = rho if isinstance(rho, dict) else {"reflectance": rho}
+        lines = ["[room]", f"size = {toml(size)}"]
+        lines += [f'{key} = "{(faces or {}).get(key, "paint")}"'
+                  for key in ("floor", "ceiling", "wall_x0", "wall_x1", "wall_y0", "wall_y1")]
+        lines += ["[materials]", f"paint = {toml(material)}", "black = {reflectance = 0.0}",
+                  "perfect = {reflectance = 1.0}"]
+        for name, tables in (("luminaires", luminaires), ("objects", objects),
+                             ("photometers", photometers)):
+            for table in tables:
+                extra = {"material": "paint"} if name == "objects" and "material" not in table else {}
+                lines += [f"[[{name}]]"] + [f"{k} = {toml(v)}" for k, v in {**table, **extra}.items()]
+        lines += ["[solver]"] + [f"{k} = {toml(v)}" if not isinstance(v, int) else f"{k} = {v}"
+                                 for k, v in (solver or {}).items()]
+        path = tmp_path / f"scene{next(count)}.toml"
+        path.write_text("\n".join(lines))
+        return load(path)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def run():
+    """A function that runs the command line in a folder, as a user does."""
+
+    def call(*arguments, cwd, **options):
+        environment = {**os.environ, "PYTHONWARNINGS": "error::RuntimeWarning"}
+        return subprocess.run([sys.executable, "-m", "renderer", *map(str, arguments)], cwd=cwd,
+                              capture_output=True, text=True, env=environment, timeout=170, **options)
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def compared(tmp_path_factory, run):
+    """The main job, run once: the folder it was run in, and what it said."""
+    folder = tmp_path_factory.mktemp("compared")
+    return folder, run("compare", cwd=folder)

@@ -1,0 +1,188 @@
+"""The command line: what it prints, where it writes, and how it refuses."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import renderer
+from renderer.scene.reading import packaged_scenes
+
+SMALL = """
+[room]
+size = [4, 4, 3]
+floor = "paint"
+walls = "paint"
+ceiling = "paint"
+[materials.paint]
+reflectance = 0.5
+[[luminaires]]
+shape = "rectangle"
+center = [2, 2, 3]
+normal = [0, 0, -1]
+size = [1, 1]
+luminance = 1000
+[[photometers]]
+name = "floor"
+position = [2, 2, 0]
+[camera]
+position = [2, 0, 1.5]
+look_at = [2, 4, 1.4]
+resolution = [64, 48]
+[solver]
+accuracy = 0.05
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "room.toml").write_text(SMALL)
+    return tmp_path
+
+
+def test_help_needs_none_of_the_heavy_packages():
+    code = ("import sys\nfrom renderer.cli import app\n"
+            "heavy = {'numpy', 'scipy', 'colour', 'pyvista', 'matplotlib', 'trimesh', 'vtk'}\n"
+            "try: app(['--help'])\nexcept SystemExit: pass\n"
+            "sys.exit(sorted(heavy & set(sys.modules)) or 0)")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "compare" in done.stdout
+
+
+@pytest.mark.parametrize("command", ["compare", "render", "photometer", "pseudocolour"])
+def test_every_command_has_help(run, folder, command):
+    done = run(command, "--help", cwd=folder)
+    assert done.returncode == 0
+    for option in ("--out", "--quiet", "--accuracy", "--seed"):
+        assert option in done.stdout
+
+
+def test_photometer_prints_the_contracts_object(run, folder):
+    done = run("photometer", "room.toml", "--json", "--quiet", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    record = json.loads(done.stdout)
+    assert set(record) == {"scene", "bands", "accuracy", "patches", "readings", "closure_error",
+                           "reciprocity_error", "energy_balance_error", "rays", "bands_solved", "seconds"}
+    reading = record["readings"][0]
+    assert set(reading) == {"name", "position", "normal", "illuminance_lx", "xy", "cct_K", "duv",
+                            "melanopic_edi_lx", "spectrum"}
+    assert set(reading["illuminance_lx"]) == {"direct", "indirect", "total", "uncertainty"}
+    assert record["bands"] == "31"
+    assert record["rays"] == 0  # convex and empty
+    assert record["bands_solved"] == 1  # grey
+    assert reading["cct_K"] == pytest.approx(6504, rel=0.005)
+    assert reading["melanopic_edi_lx"] == pytest.approx(reading["illuminance_lx"]["total"], rel=0.01)
+    assert len(reading["spectrum"]["wavelength_nm"]) == 31
+
+
+def test_rgb_says_what_it_cannot_know(run, folder):
+    record = json.loads(run("photometer", "room.toml", "--json", "--quiet", "--bands", "rgb",
+                            cwd=folder).stdout)
+    assert record["readings"][0]["melanopic_edi_lx"] is None
+    assert record["readings"][0]["spectrum"] is None
+
+
+def test_a_dark_room_has_no_colour(run, folder):
+    (folder / "dark.toml").write_text(SMALL.replace("luminance = 1000", "luminance = 0"))
+    record = json.loads(run("photometer", "dark.toml", "--json", "--quiet", cwd=folder).stdout)
+    reading = record["readings"][0]
+    assert reading["illuminance_lx"] == {"direct": 0.0, "indirect": 0.0, "total": 0.0, "uncertainty": 0.0}
+    assert reading["xy"] is reading["cct_K"] is reading["duv"] is None
+
+
+def test_a_reading_anywhere_and_in_any_direction(run, folder):
+    done = run("photometer", "room.toml", "--at", "2,0,1.5", "--normal", "0,1,0", "--accuracy", "2%",
+               "--json", cwd=folder)
+    record = json.loads(done.stdout)
+    assert record["accuracy"] == 0.02
+    assert record["readings"][0]["position"] == [2.0, 0.0, 1.5]
+    assert "form factors" in done.stderr  # progress, not results
+    down = run("photometer", "room.toml", "--at", "2,2,1", "--normal", "-0.1,0,-1", "--quiet", cwd=folder)
+    assert down.returncode == 0, down.stderr
+    assert "floor" not in down.stdout
+
+
+def test_the_same_seed_gives_the_same_numbers(run, folder):
+    text = SMALL + '[[objects]]\nshape = "box"\nposition = [1, 1, 0]\nsize = [1, 1, 1]\nmaterial = "paint"\n'
+    (folder / "box.toml").write_text(text)
+    a, b, c = (json.loads(run("photometer", "box.toml", "--json", "--quiet", "--seed", seed, cwd=folder)
+                          .stdout)["readings"] for seed in (5, 5, 6))
+    assert a == b
+    assert a != c
+
+
+def test_render_and_pseudocolour_write_whole_files(run, folder):
+    done = run("render", "room.toml", "--out", "here", "--quiet", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert {p.name for p in (folder / "here").iterdir()} == {
+        "room_31.png", "room_31_luminance.exr", "room_31_spectral.exr", "room_31.vtp"}
+    assert run("pseudocolour", "room.toml", "--bands", "rgb", "--quiet", cwd=folder).returncode == 0
+    assert {p.name for p in (folder / "outputs").iterdir()} == {
+        "room_rgb_direct_pseudocolour.png", "room_rgb_total_pseudocolour.png"}
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["photometer", "none.toml"], ["none.toml", "does not exist"]),
+    (["photometer", "."], ["folder"]),
+    (["photometer", "room.toml", "--at", "1,2"], ["--at", "'1,2'", "x,y,z"]),
+    (["photometer", "room.toml", "--at", "1,2,nan"], ["--at", "x,y,z"]),
+    (["photometer", "room.toml", "--at", "9,9,9"], ["outside the room"]),
+    (["photometer", "room.toml", "--at", "1,1,1", "--normal", "0,0,0"], ["--normal", "no length"]),
+    (["photometer", "room.toml", "--bands", "32"], ["--bands", "'32'", "rgb, 31"]),
+    (["photometer", "room.toml", "--accuracy", "0"], ["--accuracy", "'0'"]),
+    (["photometer", "room.toml", "--accuracy", "good"], ["--accuracy", "'good'"]),
+    (["photometer", "room.toml", "--seed", "-3"], ["--seed"]),
+    (["photometer", "room.toml", "--seed", "x"], ["--seed"]),
+    (["photometer", "room.toml", "--patches", "3"], ["--patches"]),
+    (["photometer"], ["scene"]),
+    (["render", "room.toml", "--out", "room.toml"], ["--out", "room.toml"]),
+    (["render", "room.toml", "--out", "/proc/nowhere"], ["--out"]),
+    (["compare", "room.toml", "none.toml"], ["none.toml"]),
+    (["draw"], ["draw"]),
+])
+def test_a_wrong_call_is_one_line_and_exit_code_2(run, folder, arguments, words):
+    quiet = ["--quiet"] if len(arguments) > 1 else []
+    done = run(*arguments, *quiet, cwd=folder)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert done.stdout == ""
+    for word in words:
+        assert word.lower() in done.stderr.lower()
+    assert not (folder / "outputs").exists()
+
+
+def test_no_steady_state_is_exit_code_1(run, folder):
+    text = SMALL.replace("reflectance = 0.5", "reflectance = 1").replace(
+        'shape = "rectangle"\ncenter = [2, 2, 3]\nnormal = [0, 0, -1]\nsize = [1, 1]\nluminance = 1000',
+        'shape = "point"\ncenter = [2, 2, 2]\nflux = 1000')
+    (folder / "furnace.toml").write_text(text)
+    done = run("photometer", "furnace.toml", "--quiet", cwd=folder)
+    assert done.returncode == 1
+    assert "no steady state" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_an_interrupted_run_leaves_no_partial_file(folder):
+    process = subprocess.Popen([sys.executable, "-m", "renderer", "compare"], cwd=folder,
+                               stderr=subprocess.PIPE, text=True)
+    for line in process.stderr:
+        if line.startswith("renderer: pictures"):
+            break
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    if process.returncode != 0:  # it may have finished first
+        assert process.returncode == 1
+        assert "Traceback" not in errors
+    assert not list(folder.rglob("*.part*"))
+
+
+def test_the_python_interface_of_the_contract():
+    scene = renderer.load(str(packaged_scenes() / "red_room.toml"))
+    solution = renderer.solve(scene, bands="31", accuracy=0.05)
+    assert solution.photometer([2, 2, 0], [0, 0, 1]).total_lx > 0

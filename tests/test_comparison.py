@@ -1,0 +1,110 @@
+"""The main job, run as a user runs it, and what it must show."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from renderer.studies.comparison import CSV_COLUMNS, NAMES
+
+
+@pytest.fixture(scope="module")
+def rows(compared):
+    folder, done = compared
+    assert done.returncode == 0, done.stderr
+    with (folder / "outputs" / "comparison.csv").open() as file:
+        table = list(csv.DictReader(file))
+    return {(r["room"], r["bands"]): r for r in table}
+
+
+def test_the_table_has_the_stated_columns_and_rows(rows, compared):
+    assert set(rows) == {(room, bands) for room in ("Grey room", "Red room", "Saturated red room")
+                         for bands in ("rgb", "31")}
+    assert tuple(next(iter(rows.values()))) == CSV_COLUMNS
+    folder, done = compared
+    record = json.loads((folder / "outputs" / "comparison.json").read_text())
+    assert len(record["table"]) == len(record["rooms"]) == 6
+    for text in ("Grey room", "Saturated red room", "1.046", "1.666"):
+        assert text in done.stdout
+
+
+def test_direct_light_is_the_same_in_all_rooms_and_band_sets(rows):
+    direct = [float(r["direct_lx"]) for r in rows.values()]
+    np.testing.assert_allclose(direct, direct[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("room", "bands", "ratio", "tolerance"), [
+    ("Grey room", "31", 1.0, 1e-12),
+    ("Saturated red room", "rgb", 1.67, 0.02),  # the deck's "2/3 brighter"
+    ("Red room", "31", 1.046, 0.01),
+    ("Red room", "rgb", 1.10, 0.01),
+])
+def test_the_ratios_to_the_grey_room(rows, room, bands, ratio, tolerance):
+    assert float(rows[room, bands]["ratio_to_first_room"]) == pytest.approx(ratio, abs=tolerance)
+
+
+def test_the_grey_room_is_the_same_in_both_band_sets(rows):
+    grey = [float(rows["Grey room", bands]["total_lx"]) for bands in ("rgb", "31")]
+    assert grey[0] == pytest.approx(grey[1], rel=1e-6)
+
+
+def test_total_is_direct_and_indirect(rows):
+    for r in rows.values():
+        assert float(r["total_lx"]) == pytest.approx(float(r["direct_lx"]) + float(r["indirect_lx"]))
+
+
+def test_every_picture_is_there_and_whole(compared):
+    out = compared[0] / "outputs"
+    for stem in ("grey_room", "red_room", "saturated_red_room"):
+        for bands in ("rgb", "31"):
+            for name in NAMES:
+                with Image.open(out / "comparison" / f"{stem}_{bands}_{name}.png") as picture:
+                    picture.load()
+                    assert picture.height == 480
+        for suffix in ("31.vtp", "31_luminance.exr", "31_spectral.exr"):
+            assert (out / "comparison" / f"{stem}_{suffix}").stat().st_size > 1000
+    for name in ("comparison.png", "comparison_3d.png"):
+        with Image.open(out / name) as picture:
+            assert picture.width > 1200
+    assert not list(out.rglob("*.part*"))
+
+
+def test_the_monochrome_pictures_of_the_rooms_are_alike(compared):
+    folder = compared[0] / "outputs" / "comparison"
+    grey, red = (np.asarray(Image.open(folder / f"{stem}_31_a_reflectance.png"), dtype=int)
+                 for stem in ("grey_room", "red_room"))
+    assert np.abs(grey - red).max() <= 1  # 0.200 and 0.2007 in 31 bands; one step of 255
+
+
+def test_the_spectral_exr_is_the_published_layout_and_integrates_to_the_luminance(compared):
+    import OpenEXR
+
+    from renderer.colour.bands import band_set
+
+    folder = compared[0] / "outputs" / "comparison"
+    with OpenEXR.File(str(folder / "red_room_31_spectral.exr"), separate_channels=True) as file:
+        header, channels = file.header(), file.channels()
+        names = [f"S0.{nm:d},000000nm" for nm in range(400, 701, 10)]
+        assert header["spectralLayoutVersion"] == "1.0"
+        assert header["emissiveUnits"] == "W.m^-2.sr^-1"
+        spectral = np.stack([channels[name].pixels for name in names], axis=-1)
+    with OpenEXR.File(str(folder / "red_room_31_luminance.exr"), separate_channels=True) as file:
+        luminance = file.channels()["Y"].pixels
+    assert spectral.dtype == np.float32
+    bands = band_set("31")
+    # Two float32 roundings of 31 terms.
+    np.testing.assert_allclose(spectral @ (bands.luminous * bands.widths), luminance, rtol=1e-5,
+                               atol=1e-6)
+
+
+def test_the_patches_can_be_read_back(compared):
+    import pyvista
+
+    data = pyvista.read(compared[0] / "outputs" / "comparison" / "grey_room_31.vtp")
+    lux, direct = data.cell_data["illuminance_lx"], data.cell_data["direct_illuminance_lx"]
+    assert (lux >= direct - 1e-9).all()
+    areas = data.compute_cell_sizes(length=False, volume=False).cell_data["Area"]
+    assert areas.sum() == pytest.approx(2 * 5.4 * 5.4 + 4 * 5.4 * 3, rel=1e-6)
+    assert areas @ direct == pytest.approx(4000, rel=1e-6)

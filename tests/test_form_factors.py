@@ -1,0 +1,148 @@
+"""Form factors against closed forms, and the laws that every set of them obeys."""
+
+import numpy as np
+import pytest
+from exact import FORM_FACTORS, parallel_rectangles, perpendicular_rectangles, point_to_parallel
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from renderer.transport.contour import exchange_areas, point_factors, polygon_factors
+from renderer.transport.form_factors import contour_exchange, ray_exchange
+from renderer.transport.mesh import Mesh, build_mesh
+from renderer.transport.visibility import Visibility
+
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+FACING = SQUARE[::-1] + [0, 0, 1]
+SIDE = st.floats(0.1, 10)
+TOUCHING = np.array([[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]], dtype=float)
+
+
+def test_the_closed_forms_here_agree_with_the_published_values():
+    assert parallel_rectangles(1, 1, 1) == pytest.approx(
+        FORM_FACTORS["parallel equal squares, side = distance (Howell C-11)"], abs=1e-14)
+    assert perpendicular_rectangles(1, 1, 1) == pytest.approx(
+        FORM_FACTORS["perpendicular unit squares sharing an edge (C-14)"], abs=1e-14)
+    assert point_to_parallel(1, 1, 1) == pytest.approx(
+        FORM_FACTORS["point to parallel rectangle above its corner, a=b=c (Howell B-3)"], abs=1e-14)
+
+
+# 1e-6 is what verification promises; the rule itself errs by 1e-10 for touching squares, whose
+# integrand has a singular end point, and by 1e-7 for strips 100 times as long as wide.
+@pytest.mark.parametrize(("case", "a", "b"), [
+    ("parallel equal squares, side = distance (Howell C-11)", SQUARE, FACING),
+    ("perpendicular unit squares sharing an edge (C-14)", SQUARE, TOUCHING),
+    ("parallel rectangles a=1, b=1.5, distance 0.5 (C-11)", SQUARE * [1, 1.5, 1],
+     (SQUARE * [1, 1.5, 1])[::-1] + [0, 0, 0.5]),
+    ("room 4x4x3 floor to ceiling", SQUARE * 4, (SQUARE * 4)[::-1] + [0, 0, 3]),
+    ("room 4x4x3 floor to one wall", SQUARE * 4, TOUCHING * [1, 4, 3]),
+    ("parallel squares [0.1,0.2]^2 facing each other at distance 0.05 (C-13)",
+     SQUARE * 0.1 + [0.1, 0.1, 0], (SQUARE * 0.1)[::-1] + [0.1, 0.1, 0.05]),
+])
+def test_two_rectangles_exchange_what_the_closed_form_says(case, a, b):
+    area = np.linalg.norm(np.cross(a[1] - a[0], a[3] - a[0]))
+    assert exchange_areas(a[None], b[None])[0] / area == pytest.approx(FORM_FACTORS[case], abs=1e-6)
+
+
+@settings(deadline=None, max_examples=60)
+@given(SIDE, SIDE, SIDE)
+def test_touching_rectangles_of_any_proportions(width, depth, height):
+    floor = SQUARE * [depth, width, 1]
+    wall = TOUCHING * [1, width, height]
+    got = exchange_areas(floor[None], wall[None])[0] / (width * depth)
+    # F ≤ 1/2 here, so this is relative to the largest possible value.
+    assert got == pytest.approx(perpendicular_rectangles(width, depth, height), abs=1e-6)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3), st.floats(1e-3, 1e3))
+def test_a_point_sees_a_rectangle_as_the_closed_form_says(a, b, c):
+    rectangle = (SQUARE * [a, b, 1])[::-1] + [0, 0, c]
+    got = polygon_factors(np.zeros((1, 3)), np.array([[0.0, 0, 1]]), rectangle[None])[0]
+    assert got == pytest.approx(point_to_parallel(a, b, c), abs=1e-12)
+
+
+def test_a_point_sees_only_what_is_above_its_horizon():
+    # A wall from below to above the horizon counts as its upper half alone (B-4, doubled by none).
+    upper = np.array([[1, -1, 0], [1, -1, 1], [1, 1, 1], [1, 1, 0]], dtype=float)
+    whole = upper.copy()
+    whole[[0, 3], 2] = -5
+    up = np.array([[0.0, 0, 1]])
+    part, full = (polygon_factors(np.zeros((1, 3)), up, p[None])[0] for p in (upper, whole))
+    assert full == pytest.approx(part, abs=1e-14)
+    assert part > 0.05
+    assert polygon_factors(np.zeros((1, 3)), -up, upper[None])[0] == 0.0
+    assert polygon_factors(np.zeros((1, 3)), up, upper[None, ::-1])[0] == 0.0  # its back
+
+
+def test_a_point_beside_a_perpendicular_rectangle():
+    # B-4 with a = 2 high, b = 3 wide, at distance c = 1.5, its foot in the point's plane.
+    wall = np.array([[1.5, 0, 0], [1.5, 0, 2], [1.5, 3, 2], [1.5, 3, 0]])
+    got = polygon_factors(np.zeros((1, 3)), np.array([[0.0, 0, 1]]), wall[None])[0]
+    assert got == pytest.approx(
+        FORM_FACTORS["point to perpendicular rectangle, a=2, b=3, c=1.5 (B-4)"], abs=1e-12)
+
+
+@pytest.fixture
+def box(room) -> Mesh:
+    return build_mesh(room(), 0.5)
+
+
+def test_an_empty_room_is_closed_from_every_patch(box):
+    factors = point_factors(box.centroid, box.normal, box)
+    assert (factors >= 0).all()
+    # Sums of some 300 factors, each right to rounding.
+    np.testing.assert_allclose(factors.sum(axis=1), 1, atol=1e-13)
+
+
+@pytest.mark.parametrize("operator", ["contour", "rays"])
+def test_the_operator_is_closed_reciprocal_and_positive(box, operator):
+    exchange = contour_exchange(box) if operator == "contour" else ray_exchange(
+        box, Visibility(box), 256, (0,))
+    matrix = exchange.matrix if isinstance(exchange.matrix, np.ndarray) else exchange.matrix.toarray()
+    assert (matrix >= 0).all()
+    np.testing.assert_allclose(matrix, matrix.T, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(matrix.sum(axis=1), box.area, rtol=1e-11)
+    assert (matrix[np.ix_(box.surface == 0, box.surface == 0)] == 0).all()  # flat: sees not itself
+
+
+def test_rays_and_contours_give_one_operator(box):
+    exact = contour_exchange(box).matrix
+    counted = ray_exchange(box, Visibility(box), 4096, (0,)).matrix
+    member = np.eye(box.surface.max() + 1)[box.surface]
+    # Between whole faces: some 64 patches × 4096 stratified rays; binomial error would be 0.001.
+    np.testing.assert_allclose(member.T @ counted @ member, member.T @ exact @ member, atol=0.02)
+
+
+def test_whole_faces_exchange_what_the_closed_form_says(room):
+    mesh = build_mesh(room(luminaires=()), 1.0)
+    exchange = contour_exchange(mesh)
+    floor, ceiling = mesh.surface == 0, mesh.surface == 1
+    got = exchange.matrix[np.ix_(floor, ceiling)].sum() / 16
+    # Far pairs are seen from their middles: 1 m patches at 3 m err by some (1/3)²/12 before
+    # balancing shares the rest; near ones are exact.
+    assert got == pytest.approx(FORM_FACTORS["room 4x4x3 floor to ceiling"], rel=5e-3)
+
+
+@pytest.mark.parametrize("move", [[0, 0, 0], [100, -50, 30], [1e6, 1e6, -1e6]])
+def test_no_pair_is_hidden_in_an_empty_box_wherever_it_stands(box, move):
+    moved = Mesh(box.vertices + move, box.patches, box.surface, box.vertex_surface, box.twin,
+                 box.obstacles, box.bounds + move)
+    visibility = Visibility(moved)
+    i, j = np.triu_indices(len(moved.patches), 1)
+    apart = np.abs(((moved.centroid[j] - moved.centroid[i]) * moved.normal[i]).sum(axis=1)) > 1e-6
+    i, j = i[apart], j[apart]
+    a = visibility.off(moved.centroid[i], moved.normal[i])
+    b = visibility.off(moved.centroid[j], moved.normal[j])
+    assert visibility.clear(a, b).all()
+
+
+def test_a_thin_partition_hides_all_that_is_behind_it(room):
+    sheet = {"shape": "box", "position": [2.0, 0.0, 0.0], "size": [1e-4, 4.0, 3.0]}
+    mesh = build_mesh(room(objects=[sheet], luminaires=()), 0.5)
+    visibility = Visibility(mesh)
+    left = np.flatnonzero((mesh.centroid[:, 0] < 2) & (mesh.surface < 6))
+    right = np.flatnonzero((mesh.centroid[:, 0] > 2.0001) & (mesh.surface < 6))
+    i, j = (x.ravel() for x in np.meshgrid(left, right))
+    a = visibility.off(mesh.centroid[i], mesh.normal[i])
+    b = visibility.off(mesh.centroid[j], mesh.normal[j])
+    assert not visibility.clear(a, b).any()

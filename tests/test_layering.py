@@ -1,0 +1,60 @@
+"""The house: light passes from the first folder to the last, and imports never run back."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parent.parent / "renderer"
+ORDER = ["errors", "files", "colour", "scene", "transport", "plan", "readings.photometer",
+         "readings.colorimetry", "solution", "readings.report", "pictures", "studies", "cli"]
+FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
+
+
+def module(path: Path) -> str:
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+
+
+def rank(name: str) -> int:
+    return max(k for k, prefix in enumerate(ORDER) if name == prefix or name.startswith(prefix + "."))
+
+
+def imported(path: Path) -> list[str]:
+    names = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("renderer."):
+            names.append(node.module.removeprefix("renderer."))
+    return names
+
+
+@pytest.mark.parametrize("path", FILES, ids=module)
+def test_a_room_imports_only_what_comes_before_it(path):
+    for name in imported(path):
+        assert rank(name) <= rank(module(path)), f"{module(path)} imports {name}"
+
+
+def calls(path: Path) -> set[str]:
+    return {node.func.id for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)}
+
+
+def test_only_the_command_line_prints():
+    printing = {module(p) for p in FILES if "print" in calls(p)}
+    assert printing <= {"cli", "colour.tables"}  # the latter is a command of its own
+
+
+def test_only_visibility_knows_embree_and_single_precision():
+    for path in FILES:
+        if module(path) == "transport.visibility":
+            continue
+        assert "embreex" not in path.read_text(), path
+        if module(path) != "pictures.exr":  # a file format's own precision
+            assert "float32" not in path.read_text(), path
+
+
+@pytest.mark.parametrize("path", FILES, ids=module)
+def test_heavy_packages_are_imported_where_they_are_used(path):
+    for node in ast.parse(path.read_text()).body:
+        names = [a.name for a in node.names] if isinstance(node, ast.Import) else [
+            node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        assert not {n.split(".")[0] for n in names} & {"colour", "pyvista", "matplotlib", "OpenEXR"}

@@ -1,0 +1,132 @@
+"""The photometer against CIE 171:2006, against what symmetry says, and where it may not stand."""
+
+import numpy as np
+import pytest
+from conftest import PANEL
+from exact import ORACLES, point_to_parallel
+
+import renderer
+from renderer.solution import Rooms
+
+CIE = ORACLES["cie171"]
+UP = [0, 0, 1]
+
+
+def test_cie_171_5_2_point_source(room):
+    lamp = {"shape": "point", "distribution": "lambertian", "center": [4, 4, 3], "normal": [0, 0, -1],
+            "intensity": 1000.0}
+    solution = renderer.solve(room(0.0, size=(8, 8, 4), luminaires=[lamp]), accuracy=0.05)
+    for (x, y), expected in zip(CIE["5.2"]["points_xy"], CIE["5.2"]["exact"], strict=True):
+        # Printed to 0.005 lx.
+        assert solution.photometer([4 + x, 4 + y, 0], UP).direct_lx == pytest.approx(expected, abs=0.0051)
+
+
+def test_cie_171_5_3_area_source(room):
+    solution = renderer.solve(room(0.0), accuracy=0.05)
+    case = CIE["5.3"]
+    for z, expected in zip(case["wall_z"], case["wall_exact"], strict=True):
+        assert solution.photometer([2, 0, z], [0, 1, 0]).total_lx == pytest.approx(expected, abs=6e-4)
+    for y, expected in zip(case["floor_y"], case["floor_exact"], strict=True):
+        assert solution.photometer([2, y, 0], UP).total_lx == pytest.approx(expected, abs=6e-4)
+
+
+def test_cie_171_5_4_every_lumen_arrives(room):
+    for lamp in (PANEL, {"shape": "point", "center": [1, 1.5, 2.9], "flux": 10000.0}):
+        solution = renderer.solve(room(0.0, luminaires=[lamp]), bands="rgb", accuracy=0.05)
+        received = solution.transport.exchange.areas @ solution.direct_irradiance
+        assert received == pytest.approx(solution.flux.sum(axis=0), rel=1e-9)
+
+
+@pytest.mark.parametrize(("rho", "expected"), list(zip(CIE["5.8"]["rho"],
+                                                    CIE["5.8"]["exact"], strict=True)))
+def test_cie_171_5_8_mean_indirect(room, rho, expected):
+    lamp = {"shape": "point", "center": [2, 2, 2], "flux": 10000.0}
+    solution = renderer.solve(room(rho, size=(4, 4, 4), luminaires=[lamp]), bands="rgb", accuracy=0.05)
+    areas = solution.transport.exchange.areas
+    indirect = (solution.irradiance - solution.direct_irradiance) @ solution.bands.luminous
+    # Printed to 0.005 lx.
+    assert areas @ indirect / areas.sum() == pytest.approx(expected, abs=0.0051)
+
+
+def test_symmetric_points_read_alike(room):
+    solution = renderer.solve(room(0.7), bands="rgb", accuracy=0.05)
+    reads = [solution.photometer([x, y, 0], UP).total_lx
+             for x, y in ((0.7, 1.1), (3.3, 1.1), (0.7, 2.9), (1.1, 0.7))]
+    # Exact factors on a symmetric mesh: rounding alone, and the vertices' small move inward.
+    np.testing.assert_allclose(reads, reads[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("spot", [[0, 0, 0], [4, 4, 0], [0, 2, 0], [1e-9, 2, 1e-9], [2, 2, 1e-9],
+                                  [2.5, 2.0, 0]])
+def test_points_in_corners_on_edges_and_a_hair_off_a_wall_read_as_their_neighbours_do(room, spot):
+    solution = renderer.solve(room(0.5), bands="rgb", accuracy=0.01)
+    there = solution.photometer(spot, UP)
+    near = solution.photometer(np.clip(spot, 2e-3, 4 - 2e-3) * [1, 1, 0], UP)
+    # 2 mm away light differs by some 2 mm/m of itself, in a corner by its own error bar.
+    assert there.total_lx == pytest.approx(near.total_lx, rel=5e-3, abs=2 * there.uncertainty)
+    assert there.direct_lx > 0
+    assert np.isfinite(there.uncertainty)
+
+
+def test_a_meter_free_in_the_room_and_tilted(room):
+    # Black room: only the panel; facing it squarely from straight below.
+    solution = renderer.solve(room(0.0), accuracy=0.05)
+    reading = solution.photometer([2, 2, 1.5], [0, 0, 3.0])
+    assert reading.direct_lx == pytest.approx(np.pi * 1000 * 4 * point_to_parallel(.5, .5, 1.5), rel=1e-9)
+    assert solution.photometer([2, 2, 1.5], [0, 0, -1]).total_lx == 0.0
+    tilted = solution.photometer([2, 2, 1.5], [0, 1, 1]).direct_lx
+    # The panel is wholly above the tilted horizon (its edge is at 18° from the axis), so this is
+    # the vector of light on the direction: its horizontal part vanishes by symmetry.
+    assert tilted == pytest.approx(reading.direct_lx / np.sqrt(2), rel=1e-9)
+
+
+def test_faces_of_a_unit_reflectance_dark_wall_do_not_count_twice(room):
+    # ρ = 0.3 floor alone under uniform light cannot be had from a lamp; instead: only the floor
+    # reflects, so a wall point's indirect light is bounded by what all of the floor could send.
+    scene = room(0.0, faces={"floor": "perfect"})
+    reading = renderer.solve(scene, bands="rgb", accuracy=0.01).photometer([2, 0, 1.0], [0, 1, 0])
+    brightest = np.pi * 1000 * 4 * point_to_parallel(0.5, 0.5, 3)
+    assert 0 < reading.indirect_lx < brightest / 2
+
+
+@pytest.mark.parametrize(("position", "normal", "message"), [
+    ([2, 2, -0.1], UP, "outside the room"),
+    ([2, 2, 0], [0, 0, -1], "faces the surface it lies on"),
+    ([1.0, 1.3, 0.5], UP, "inside an object"),
+    ([1.3, 2.2, 2.5], UP, "on the point luminaire"),
+])
+def test_where_no_meter_can_stand(room, position, normal, message):
+    box = {"shape": "box", "position": [0.5, 1.0, 0.0], "size": [1.2, 0.7, 1.5]}
+    lamp = {"shape": "point", "center": [1.3, 2.2, 2.5], "flux": 1000.0}
+    solution = renderer.solve(room(0.5, objects=[box], luminaires=[lamp]), accuracy=0.05)
+    with pytest.raises(renderer.InputError, match=message):
+        solution.photometer(position, normal)
+
+
+def test_a_meter_on_a_table_reads_the_light_on_its_top(room):
+    box = {"shape": "box", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 0.7]}
+    reading = renderer.solve(room(0.0, objects=[box]), accuracy=0.05).photometer([2, 2, 0.7], UP)
+    # Rays stand off by 1e-5 of 4 m, which is 4e-5/2.3 of the distance: 4e-5 of the light.
+    expected = np.pi * 1000 * 4 * point_to_parallel(0.5, 0.5, 2.3)
+    assert reading.direct_lx == pytest.approx(expected, rel=1e-4)
+
+
+def test_two_seeds_agree_within_their_error_bars(room):
+    box = {"shape": "box", "position": [0.5, 1.0, 0.0], "size": [1.2, 0.7, 1.5]}
+    scene = room(0.7, objects=[box])
+    spots = [[0.3, 2.5, 0], [3, 3, 0], [2.5, 1.2, 0]]
+    a, b = ([renderer.solve(scene, "rgb", 0.05, seed).photometer(s, UP) for s in spots] for seed in (1, 2))
+    for one, other in zip(a, b, strict=True):
+        assert abs(one.total_lx - other.total_lx) <= one.uncertainty + other.uncertainty
+
+
+def test_the_error_bar_holds_against_a_much_finer_mesh(room):
+    rooms = Rooms()
+    for rho in (0.2, 0.5, 0.9):
+        scene = room(rho)
+        loose = renderer.solve(scene, "rgb", 0.05, rooms=rooms)
+        fine = renderer.solve(scene, "rgb", 0.004, rooms=rooms)
+        for spot, normal in (([2, 2, 0], UP), ([0.3, 0.3, 0], UP), ([2, 0, 1.5], [0, 1, 0])):
+            guess, truth = loose.photometer(spot, normal), fine.photometer(spot, normal)
+            assert abs(guess.total_lx - truth.total_lx) <= guess.uncertainty
+            assert guess.uncertainty < 0.05 * guess.total_lx

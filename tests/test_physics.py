@@ -1,0 +1,169 @@
+"""What must hold for light in any closed room, whatever the numbers."""
+
+import numpy as np
+import pytest
+from conftest import PANEL
+from exact import above_middle
+
+import renderer
+from renderer.solution import Rooms
+
+LAMP = {"shape": "point", "center": [1.3, 2.2, 1.7], "flux": 1000.0}
+BOX = {"shape": "box", "position": [0.5, 1.0, 0.0], "size": [1.2, 0.7, 1.5]}
+RHOS = [0.0, 1e-12, 0.2, 0.5, 0.9, 0.9999, 1 - 1e-9]
+
+
+def mean_illuminance(solution) -> float:
+    """Area mean of total illuminance over all exposed surfaces [lx]."""
+    areas = solution.transport.exchange.areas
+    return float(areas @ (solution.irradiance @ solution.bands.luminous) / areas.sum())
+
+
+@pytest.mark.parametrize("rho", RHOS)
+def test_a_closed_room_of_one_reflectance_has_the_mean_that_energy_dictates(room, rho):
+    solution = renderer.solve(room(rho, luminaires=[LAMP]), bands="rgb", accuracy=0.05)
+    # Exact for any closed room: every lumen is absorbed somewhere. Closure holds to 1e-12 and is
+    # divided by 1 − ρ.
+    assert mean_illuminance(solution) == pytest.approx(1000 / (80 * (1 - rho)),
+                                                       rel=1e-9 + 1e-11 / (1 - rho))
+
+
+@pytest.mark.parametrize("objects", [[], [BOX]])
+@pytest.mark.parametrize("rho", RHOS)
+def test_what_is_emitted_is_absorbed(room, rho, objects):
+    solution = renderer.solve(room(rho, objects=objects), bands="31", accuracy=0.05)
+    assert solution.energy_balance_error < 1e-6
+    assert np.isfinite(solution.radiosity).all()
+    assert (solution.radiosity >= 0).all()
+
+
+def test_white_furnace(room):
+    # Walls of reflectance ρ that also emit (1 − ρ): the radiosity is 1 everywhere, exactly.
+    from renderer.transport.solve import radiosity
+
+    solution = renderer.solve(room(0.5, objects=[BOX], luminaires=[]), accuracy=0.05)
+    exchange = solution.transport.exchange
+    live = exchange.areas > 0
+    random = np.random.default_rng(1)
+    rho = random.uniform(0.01, 0.99, (len(live), 3))
+    # B = M + ρ F B with M = 1 − ρ, written as B = ρ (E + F B) with E = (1 − ρ) / ρ.
+    got = radiosity(exchange, rho, (1 - rho) / rho)
+    # The solver stops at 1e-11 of the right side; closure holds to 1e-12; 1/(1 − ρ) ≤ 100.
+    np.testing.assert_allclose(got[live], 1.0, atol=2e-9)
+
+
+def test_nothing_absorbs_so_there_is_no_answer(room):
+    with pytest.raises(renderer.SolveError, match="no steady state"):
+        renderer.solve(room(1.0, luminaires=[LAMP]), accuracy=0.05)
+
+
+def test_perfect_walls_with_a_black_lamp_send_every_lumen_back_into_it(room):
+    solution = renderer.solve(room(1.0), bands="rgb", accuracy=0.05)
+    faces = ~solution.transport.reflecting
+    areas = solution.transport.exchange.areas
+    absorbed = areas[faces] @ (solution.irradiance[faces] @ solution.bands.luminous)
+    assert absorbed == pytest.approx(np.pi * 1000, rel=1e-6)
+
+
+def test_no_light_gives_zero_and_not_nan(room):
+    for luminaires in ([], [{**LAMP, "flux": 0.0}]):
+        solution = renderer.solve(room(0.5, luminaires=luminaires), accuracy=0.05)
+        reading = solution.photometer([2, 2, 0], [0, 0, 1])
+        assert (reading.total_lx, reading.uncertainty) == (0.0, 0.0)
+        assert solution.energy_balance_error == 0.0
+
+
+def test_light_is_linear_in_the_lamp(room):
+    rooms = Rooms()
+    readings = [renderer.solve(room(0.6, luminaires=[{**LAMP, "flux": flux}]), bands="31",
+                               accuracy=0.05, rooms=rooms).photometer([2, 2, 0], [0, 0, 1]).total_lx
+                for flux in (1e-12, 1000.0, 1e12)]
+    assert readings[0] * 1e15 == pytest.approx(readings[1], rel=1e-9)
+    assert readings[2] / 1e9 == pytest.approx(readings[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("objects", [[], [BOX]])
+@pytest.mark.parametrize("scale", [1e-3, 1e4 / 4])
+def test_lux_follow_the_square_of_the_scale(room, objects, scale):
+    def reading(k):
+        lamp = {**PANEL, "center": [2 * k, 2 * k, 3 * k], "size": [k, k]}
+        things = [{**b, "position": [x * k for x in b["position"]],
+                   "size": [x * k for x in b["size"]]} for b in objects]
+        scene = room(0.5, size=(4 * k, 4 * k, 3 * k), luminaires=[lamp], objects=things)
+        return renderer.solve(scene, bands="rgb", accuracy=0.05).photometer(
+            [3 * k, 3 * k, 0], [0, 0, 1]).total_lx
+    # A luminance is given, so lux do not change at all with the scale. Rounding to float32 for
+    # rays moves a few hits; 1e-4 is the law's stated tolerance.
+    assert reading(scale) == pytest.approx(reading(1.0), rel=1e-4)
+
+
+def test_direct_light_is_the_closed_form(room):
+    solution = renderer.solve(room(0.0), accuracy=0.05)
+    reading = solution.photometer([2, 2, 0], [0, 0, 1])
+    assert reading.direct_lx == pytest.approx(np.pi * 1000 * above_middle(1, 3), rel=1e-7)
+    assert reading.indirect_lx == 0.0
+
+
+def test_the_room_measured_beforehand(room):
+    lamp = {**PANEL, "center": [2, 2, 2.999]}
+    reading = renderer.solve(room(0.5, luminaires=[lamp])).photometer([2, 2, 0], [0, 0, 1])
+    # 107.22 lx direct, 142.5 lx total from an independent path tracer, stated to 1 %.
+    assert reading.direct_lx == pytest.approx(107.22, rel=1e-4)
+    assert reading.total_lx == pytest.approx(142.5, rel=0.01)
+    assert reading.uncertainty < 0.01 * reading.total_lx
+
+
+def test_a_pendant_panel_is_opaque_and_black_on_its_back(room):
+    # Facing up in mid-air: the floor under it has no direct light, and the panel shades it.
+    lamp = {**PANEL, "center": [2, 2, 2.2], "normal": [0, 0, 1], "size": [0.6, 0.6]}
+    solution = renderer.solve(room(0.8, luminaires=[lamp]), bands="rgb", accuracy=0.02)
+    middle, side = (solution.photometer([x, x, 0], [0, 0, 1]) for x in (2.0, 3.9))
+    assert middle.direct_lx == 0.0
+    assert side.direct_lx == 0.0  # the panel faces away from the floor
+    assert middle.indirect_lx > 0
+    assert solution.energy_balance_error < 1e-6
+
+
+def test_an_object_takes_direct_light_away_and_never_adds(room):
+    spots = [[x, y, 0.0] for x in (0.3, 2.0, 3.5) for y in (0.4, 2.5, 3.6)]
+    empty, full = (renderer.solve(room(0.0, objects=o), accuracy=0.05) for o in ([], [BOX]))
+    for spot in spots:
+        without, with_box = (s.photometer(spot, [0, 0, 1]).direct_lx for s in (empty, full))
+        # Shares of the panel seen: at most all of it; 4e-5 of the room is how far rays stand off.
+        assert with_box <= without * (1 + 1e-4)
+    shade = full.photometer([0.3, 0.9, 0.0], [0, 0, 1])
+    assert shade.direct_lx < 0.9 * empty.photometer([0.3, 0.9, 0.0], [0, 0, 1]).direct_lx
+
+
+def test_no_light_through_a_partition(room):
+    sheet = {"shape": "box", "position": [0.0, 3.2, 0.0], "size": [4.0, 1e-4, 3.0]}
+    solution = renderer.solve(room(0.9, objects=[sheet]), bands="rgb", accuracy=0.05)
+    lit = solution.photometer([2, 2, 0], [0, 0, 1]).total_lx
+    assert lit > 100
+    for spot, normal in (([2, 3.6, 0], [0, 0, 1]), ([2, 3.21, 1.5], [0, 1, 0]),
+                         ([2, 4, 1.5], [0, -1, 0]), ([0, 3.2001, 0], [0, 0, 1])):
+        assert solution.photometer(spot, normal).total_lx < 1e-6 * lit
+
+
+def test_covered_surfaces_take_no_part(room):
+    # A crate on the floor, one on top of it, and one against the wall: what they cover is dark and
+    # has no area; all the rest keeps its own.
+    crates = [{"shape": "box", "position": [1.0, 1.0, 0.0], "size": [1.0, 1.0, 0.3]},
+              {"shape": "box", "position": [1.2, 1.2, 0.3], "size": [0.5, 0.5, 0.5]},
+              {"shape": "box", "position": [3.5, 2.0, 0.0], "size": [0.5, 1.0, 2.0]}]
+    solution = renderer.solve(room(0.5, objects=crates, luminaires=[LAMP]), accuracy=0.05)
+    walls = 80.0
+    covered = 2 * (1.0 + 0.25) + 2 * (0.5 + 2.0)  # both sides of each contact
+    crates_all = 2 * (1 + 0.3 + 0.3) + 2 * (0.25 * 3) + 2 * (0.5 + 1.0 + 2.0)
+    assert solution.transport.exchange.areas.sum() == pytest.approx(walls + crates_all - covered,
+                                                                    rel=1e-12)
+    assert solution.transport.exchange.closure_error == 0.0
+
+
+def test_a_crate_turned_on_the_floor_covers_its_own_area(room):
+    crate = {"shape": "box", "position": [1.5, 1.0, 0.0], "size": [1.0, 0.8, 0.7], "rotation": 30.0}
+    scene = room(0.5, objects=[crate], luminaires=[LAMP])
+    areas = renderer.solve(scene, accuracy=0.01).transport.exchange.areas.sum()
+    # Its edges cross patches, which are sampled by 1024 rays each: some 40 patches of 0.06 m² along
+    # 3.6 m, each to 1/32 at worst.
+    assert areas == pytest.approx(80 + 2 * (0.8 + 0.7 + 0.56) - 2 * 0.8, abs=0.06 * 40 / 32)

@@ -1,0 +1,71 @@
+"""The solver, by choosing the answer first; and how fast the mesh converges."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import renderer
+from renderer.solution import distinct_bands
+from renderer.transport.form_factors import Exchange
+from renderer.transport.solve import TOLERANCE, radiosity
+
+
+def closed_exchange(n: int, seed: int) -> Exchange:
+    """A random symmetric operator with positive areas as its row sums."""
+    random = np.random.default_rng(seed)
+    matrix = random.random((n, n))
+    matrix = matrix + matrix.T
+    np.fill_diagonal(matrix, 0)
+    return Exchange(matrix.sum(axis=1), matrix, 0.0, 0.0, 0)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(2, 40), st.integers(0, 10**6), st.floats(0, 0.999))
+def test_a_chosen_radiosity_is_found_again(n, seed, largest):
+    exchange = closed_exchange(n, seed)
+    random = np.random.default_rng(seed + 1)
+    rho = random.uniform(0, largest, (n, 4))
+    chosen = rho * random.random((n, 4))
+    wanted = np.where(rho > 0, chosen / np.where(rho > 0, rho, 1), 0) - exchange.irradiance(chosen)
+    got = radiosity(exchange, rho, wanted)
+    # The residual is TOLERANCE of the right side, which is at most 1 + 1 a patch; it grows by
+    # 1/(1 − ρ) and by the spread of the areas (a few).
+    np.testing.assert_allclose(got, chosen, atol=50 * TOLERANCE * np.sqrt(n) / (1 - largest))
+
+
+def test_exchanging_bands_exchanges_answers():
+    exchange = closed_exchange(12, 3)
+    random = np.random.default_rng(0)
+    rho, direct = random.random((12, 5)), random.random((12, 5))
+    order = [3, 0, 4, 1, 2]
+    np.testing.assert_allclose(radiosity(exchange, rho, direct)[:, order],
+                               radiosity(exchange, rho[:, order], direct[:, order]), rtol=1e-9)
+
+
+def test_bands_that_are_multiples_are_solved_once():
+    rho = np.array([[0.2, 0.2, 0.2, 0.5], [0.7, 0.7, 0.7, 0.7]])
+    flux = np.array([[1.0, 3.0, 0.0, 2.0]])
+    first, index, scale = distinct_bands(rho, flux)
+    assert len(first) == 3  # bands 0 and 1; the dark one; the other reflectance
+    np.testing.assert_allclose(flux[:, first][:, index] * scale, flux)
+
+
+def test_a_grey_room_is_one_bands_work_and_a_red_one_is_31():
+    grey, red = (renderer.solve(renderer.load(name), bands="31", accuracy=0.1)
+                 for name in ("grey_room", "red_room"))
+    assert grey.bands_solved == 1
+    assert red.bands_solved == 31
+
+
+@pytest.mark.slow
+def test_the_error_falls_faster_than_the_patch_size(room):
+    sizes = np.array([0.5, 0.25, 0.125])
+    readings = np.array([[renderer.solve(room(rho, solver={"patch_size": float(h)}), bands="rgb")
+                          ._read_lx(np.array([2.0, 2, 0]), np.array([0.0, 0, 1]), "")
+                          for h in sizes] for rho in (0.5, 0.9)])
+    # Differences between successive halvings fall as 2^order. The error bar takes three times the
+    # last difference, which covers what is left as long as the order is 1 or more.
+    steps = np.abs(np.diff(readings, axis=1))
+    order = np.log2(steps[:, :-1] / steps[:, 1:])[:, 0]
+    assert (order > 1).all(), order
