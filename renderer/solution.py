@@ -9,7 +9,7 @@ import numpy as np
 
 from renderer.colour.bands import BandSet, band_set
 from renderer.plan import Plan, make_plan
-from renderer.readings.photometer import direct_reading, indirect_sensor, place
+from renderer.readings.photometer import direct_reading, indirect_sensor, luminance_sensor, place
 from renderer.scene.reading import Scene
 from renderer.transport.form_factors import REPLICAS, Exchange
 from renderer.transport.solve import radiosity
@@ -126,6 +126,18 @@ class Solution:
     def photometers(self) -> list[Reading]:
         """Read the scene's own photometers."""
         return [self.photometer(p.position, p.normal, p.name) for p in self.scene.photometers]
+
+    def luminance(self, position, direction) -> float:
+        """Luminance [cd/m²] that an eye at a point (3,) [m] sees along a direction (3,).
+
+        Raises InputError where the eye is outside the room or inside a solid.
+        """
+        where = f"{self.scene.path}: eye"
+        sensor, emitted = luminance_sensor(self.transport, np.asarray(position, dtype=float),
+                                           np.asarray(direction, dtype=float), where)
+        light = (sensor.direct_radiosity(self.reflectance, self.flux)
+                 + sensor.indirect_radiosity(self.vertex_radiosity) + emitted @ self.flux)
+        return float(light[0] @ self.bands.luminous / np.pi)
 
     def _read(self, position, normal, where, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Direct and indirect irradiance (n_bands,)."""

@@ -167,3 +167,19 @@ def test_a_crate_turned_on_the_floor_covers_its_own_area(room):
     # Its edges cross patches, which are sampled by 1024 rays each: some 40 patches of 0.06 m² along
     # 3.6 m, each to 1/32 at worst.
     assert areas == pytest.approx(80 + 2 * (0.8 + 0.7 + 0.56) - 2 * 0.8, abs=0.06 * 40 / 32)
+
+
+@pytest.mark.parametrize("height", [1e-6, 1e-3, 0.01, 0.1])
+@pytest.mark.parametrize("lambertian", [False, True])
+def test_a_point_lamp_near_the_ceiling_lights_it_with_half_its_flux(room, height, lambertian):
+    lamp = {"shape": "point", "center": [1.3, 2.2, 3 - height], "flux": 1000.0}
+    if lambertian:
+        lamp |= {"distribution": "lambertian", "normal": [0, 0, 1]}
+    solution = renderer.solve(room(0.0, luminaires=[lamp]), bands="rgb", accuracy=0.05)
+    on_ceiling = solution.transport.mesh.surface == 1
+    areas = solution.transport.exchange.areas
+    received = areas[on_ceiling] @ (solution.direct_irradiance[on_ceiling] @ solution.bands.luminous)
+    # The upper hemisphere, less what passes below the ceiling's rim: for the isotropic lamp that is
+    # some height / (4 × 1.3 m), for the Lambertian one its square.
+    assert received == pytest.approx(1000 if lambertian else 500, rel=height)
+    assert solution.transport.direct_error < 1e-9

@@ -9,7 +9,7 @@ from renderer.readings.photometer import off_surfaces, refuse_inside, refuse_out
 from renderer.scene.model import CameraTable
 from renderer.scene.reading import Scene
 from renderer.solution import Solution
-from renderer.transport.field import Sensor, direct_on, sense
+from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
 from renderer.transport.transport import Transport
 from renderer.transport.visibility import STAND_OFF
 
@@ -163,22 +163,13 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     surface = transport.mesh.surface[patch]
     share = sparse.coo_array((weight, (row, surface)), shape=(n, transport.n_surfaces)).tocsr()
     shown = np.where(middles[0] >= 0, transport.mesh.surface[middles[0]], -1)
-    return View(sensor, _emitted(transport, n, row, patch, weight), shown.reshape(height, width),
+    return View(sensor, emitted(transport, n, row, patch, weight), shown.reshape(height, width),
                 share, camera, eye, transport)
 
 
-def _hits(transport: Transport, camera: Pinhole, eye, x, y):
+def _hits(transport: Transport, camera: Pinhole, eye: np.ndarray, x: np.ndarray, y: np.ndarray):
     """Patch (k,) or a negative number, and (s, t) there, for points of the picture."""
-    mesh = transport.mesh
-    d = camera.directions(x, y)
-    patch = transport.eye.first_hit(np.broadcast_to(eye, d.shape), d)
-    found = np.maximum(patch, 0)
-    normal = mesh.normal[found]
-    slope = np.einsum("ki,ki->k", d, normal)
-    reach = np.einsum("ki,ki->k", mesh.corners[found, 0] - eye, normal) / np.where(
-        slope == 0, 1.0, slope)
-    s, t = mesh.inside(found, eye + reach[:, None] * d)
-    return patch, np.clip(s, 0, 1), np.clip(t, 0, 1)
+    return seen_from(transport, eye, camera.directions(x, y))
 
 
 def _plane(transport: Transport, patch: np.ndarray) -> np.ndarray:
@@ -201,22 +192,3 @@ def _shadow_edges(light: np.ndarray, found: np.ndarray, shape: tuple[int, int]) 
         edge[a] |= steep
         edge[b] |= steep
     return edge
-
-
-def _emitted(transport: Transport, n: int, row, patch, weight) -> sparse.csr_array:
-    """Radiosity per lumen that each pixel sees of luminaires' fronts (n, n_luminaires) [m⁻²]."""
-    mesh = transport.mesh
-    first = transport.n_surfaces - sum(lum.outline is not None for lum in transport.luminaires)
-    with_face = [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
-    index, per_lumen = np.full(transport.n_surfaces, -1), np.zeros(transport.n_surfaces)
-    facing = np.zeros((transport.n_surfaces, 3))
-    for offset, k in enumerate(with_face):
-        index[first + offset] = k
-        per_lumen[first + offset] = 1 / transport.luminaires[k].area
-        facing[first + offset] = transport.luminaires[k].normal
-    surface = mesh.surface[patch]
-    front = (index[surface] >= 0) & (
-        np.einsum("ki,ki->k", mesh.normal[patch], facing[surface]) > 0)
-    values = (weight * per_lumen[surface])[front]
-    return sparse.coo_array((values, (row[front], index[surface][front])),
-                            shape=(n, len(transport.luminaires))).tocsr()

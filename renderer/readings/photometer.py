@@ -6,7 +6,7 @@ from renderer.errors import InputError
 from renderer.scene.reading import INSIDE
 from renderer.transport.contour import HORIZON, polygon_factors
 from renderer.transport.direct import direct_at
-from renderer.transport.field import Sensor, direct_on, sense
+from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
 from renderer.transport.transport import Transport
 from renderer.transport.visibility import STAND_OFF
 
@@ -92,22 +92,40 @@ def direct_reading(transport: Transport, position: np.ndarray, normal: np.ndarra
 def indirect_sensor(transport: Transport, position: np.ndarray, normal: np.ndarray,
                     seed: int) -> Sensor:
     """What the surfaces send to a meter: one row whose value is indirect irradiance."""
-    patch, corners, factor = _elements(transport, position, normal)
+    patch, corners, factor, whole = _elements(transport, position, normal)
     if transport.visibility is not None:
         square = np.random.default_rng((transport.seed, 6, seed)).random((len(patch), 2))
         targets = _within(transport.mesh, patch, corners, square)
         lifted = transport.visibility.off(targets, transport.mesh.normal[patch])
         factor = factor * transport.visibility.clear(np.broadcast_to(position, lifted.shape), lifted)
         seen = factor > 0
-        patch, corners, factor = patch[seen], corners[seen], factor[seen]
+        patch, corners, factor, whole = (x[seen] for x in (patch, corners, factor, whole))
     triangular = transport.mesh.triangular[patch]
     middle = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
-    light = direct_on(transport, patch, *middle.T, seed, ELEMENT_RAYS)
+    # A whole patch has its mean, which no hot spot under a near lamp can falsify.
+    light = transport.direct[patch]
+    divided = np.flatnonzero(~whole)
+    light[divided] = direct_on(transport, patch[divided], *middle[divided].T, seed, ELEMENT_RAYS)
     return sense(transport, 1, np.zeros(len(patch), dtype=int), patch, *middle.T, factor, light)
 
 
+def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.ndarray, where: str):
+    """What an eye sees along one direction: a sensor of one row, and the lamps' part (1, n)."""
+    refuse_outside(transport, position, where)
+    eye, _ = off_surfaces(transport, position, 2 * STAND_OFF)
+    refuse_inside(transport, eye, where)
+    seen = seen_from(transport, eye, direction[None] / np.linalg.norm(direction))
+    if seen[0][0] < 0:
+        raise InputError(f"{where}: nothing is seen along {_short(direction)} from {_short(position)}. "
+                         "Look into the room.")
+    row, weight = np.zeros(1, dtype=int), np.ones(1)
+    light = direct_on(transport, *seen, 0, READING_RAYS)
+    return (sense(transport, 1, row, *seen, weight, light), emitted(transport, 1, row, seen[0], weight))
+
+
 def _elements(transport: Transport, position: np.ndarray, normal: np.ndarray):
-    """Patches divided until none fills much of the view: patch, corners (k, 4, 2), factor."""
+    """Patches divided until none fills much of the view: patch, corners (k, 4, 2), factor, and
+    whether it is a whole patch."""
     mesh = transport.mesh
     patch = np.flatnonzero((transport.exchange.areas > 0) & transport.reflecting)
     unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -121,7 +139,7 @@ def _elements(transport: Transport, position: np.ndarray, normal: np.ndarray):
                                  np.broadcast_to(normal, (n, 3)), world)
         large = (factor > LARGEST) if depth < DEEPEST - 1 else np.zeros(n, dtype=bool)
         kept = ~large & (factor > 0)
-        done.append((patch[kept], corners[kept], factor[kept]))
+        done.append((patch[kept], corners[kept], factor[kept], np.full(kept.sum(), depth == 0)))
         if not large.any():
             break
         corners = _quarters(corners[large], mesh.triangular[patch[large]])

@@ -9,8 +9,8 @@ from renderer.transport.mesh import Mesh
 from renderer.transport.sampling import Nets
 from renderer.transport.visibility import CHUNK, Visibility, in_threads
 
-PATCH_POINTS = 16
-"""Points on a patch, where its direct light is not integrated in closed form."""
+PATCH_POINTS, PATCH_RAYS = 16, 16
+"""Points on a patch, and shadow rays from each, where its direct light has no closed form."""
 SHADOW_RAYS = 64
 """Rays from a point to a luminaire with area: its penumbra in 64 steps, jittered."""
 
@@ -141,36 +141,72 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
                       visibility: Visibility | None, seed: tuple[int, ...]) -> tuple[np.ndarray, float]:
     """Mean illuminance of each patch per lumen (n_patches, n_luminaires) [m⁻²].
 
-    Flat luminaires that see whole patches: by the double contour integral; else from points on
-    each patch. All lumens arrive somewhere: each luminaire's sum is scaled to 1. Returns also the
-    largest error of that sum before scaling.
+    In closed form where nothing stands between; times the share that gets past what does. All
+    lumens arrive somewhere: each luminaire's sum is scaled to 1. Returns also the largest error of
+    that sum before scaling.
     """
-    live = exchange.areas > 0
+    live = np.flatnonzero(exchange.areas > 0)
     mean = np.zeros((len(mesh.patches), len(luminaires)))
     for index, lum in enumerate(luminaires):
-        whole = np.zeros(len(live), dtype=bool)
-        if visibility is None and lum.outline is not None:
-            height = (mesh.corners - lum.center) @ lum.normal
-            slack = 1e-12 * mesh.scale
-            facing = ((lum.center - mesh.centroid) * mesh.normal).sum(axis=1) > slack
-            whole = live & facing & (height >= -slack).all(axis=1)
-            corners = np.broadcast_to(lum.outline, (int(whole.sum()), *lum.outline.shape))
-            mean[whole, index] = exchange_areas(mesh.corners[whole], corners) / (
-                lum.area * exchange.areas[whole])
-            live_here = live & facing & ~whole & (height > slack).any(axis=1)
-        else:
-            live_here = live
-        patch = np.flatnonzero(live_here)
-        points = _points_on(mesh, patch, (*seed, index))
-        normals = np.repeat(mesh.normal[patch], PATCH_POINTS, axis=0)
-        at = direct_at(points.reshape(-1, 3), normals, [lum], visibility, (*seed, index), 16)
-        mean[patch, index] = (at.reshape(len(patch), PATCH_POINTS).mean(axis=1)
-                              * mesh.area[patch] / exchange.areas[patch])
+        flux = _unoccluded_flux(mesh, live, lum, (*seed, index, 0))
+        if visibility is not None:
+            lit = flux > 0
+            flux[lit] *= _share_on(mesh, live[lit], lum, visibility, (*seed, index, 1))
+        mean[live, index] = flux / exchange.areas[live]
     arrived = exchange.areas @ mean
     error = float(np.abs(arrived - 1).max(initial=0.0))
     return mean / np.where(arrived > 0, arrived, 1.0), error
 
 
-def _points_on(mesh: Mesh, patch: np.ndarray, seed: tuple[int, ...]) -> np.ndarray:
-    square = Nets(PATCH_POINTS, 2, seed).draw(len(patch))
-    return mesh.spread(patch, square)
+def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
+    """Share of a luminaire's lumens that each patch would receive if nothing stood between (k,)."""
+    corners = mesh.corners[patch]
+    front = np.einsum("ki,ki->k", lum.center - mesh.centroid[patch], mesh.normal[patch]) > 0
+    if lum.outline is None:
+        if not lum.lambertian:
+            return np.where(front, _solid_angles(corners - lum.center) / (4 * np.pi), 0.0)
+        center, normal = (np.broadcast_to(x, (len(patch), 3)) for x in (lum.center, lum.normal))
+        return polygon_factors(center, normal, corners)
+    height = (corners - lum.center) @ lum.normal
+    slack = 1e-12 * mesh.scale
+    side = (lum.outline[None] - mesh.centroid[patch, None]) @ mesh.normal[patch][:, :, None]
+    flux = np.zeros(len(patch))
+    whole = (height >= -slack).all(axis=1) & (side[..., 0] >= -slack).all(axis=1) & front
+    outline = np.broadcast_to(lum.outline, (int(whole.sum()), *lum.outline.shape))
+    flux[whole] = exchange_areas(corners[whole], outline) / lum.area
+    # The luminaire's plane cuts these patches, or theirs cuts it: point by point.
+    part = np.flatnonzero(~whole & (height > slack).any(axis=1) & (side[..., 0] > slack).any(axis=1))
+    if len(part):
+        points, normals = _points_on(mesh, patch[part], seed)
+        at = unoccluded(points, normals, [lum]).reshape(len(part), PATCH_POINTS)
+        flux[part] = at.mean(axis=1) * mesh.area[patch[part]]
+    return flux
+
+
+def _solid_angles(corners: np.ndarray) -> np.ndarray:
+    """Solid angles (k,) [sr] of quadrilaterals (k, 4, 3) seen from the origin (van Oosterom and
+    Strackee, IEEE Trans. Biomed. Eng. 30, 1983)."""
+    total = 0.0
+    for second, third in ((1, 2), (2, 3)):
+        a, b, c = corners[:, 0], corners[:, second], corners[:, third]
+        la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+        triple = np.abs((np.cross(a, b) * c).sum(axis=1))
+        below = (la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la
+                 + (c * a).sum(axis=1) * lb)
+        total = total + 2 * np.arctan2(triple, below)
+    return total
+
+
+def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, visibility: Visibility, seed) -> np.ndarray:
+    """Share of a luminaire's light on each patch that gets past what stands between (k,)."""
+    points, normals = _points_on(mesh, patch, seed)
+    open_ = unoccluded(points, normals, [lum]).reshape(len(patch), PATCH_POINTS)
+    past = direct_at(points, normals, [lum], visibility, seed, PATCH_RAYS)
+    total = open_.sum(axis=1)
+    return past.reshape(open_.shape).sum(axis=1) / np.where(total > 0, total, 1.0)
+
+
+def _points_on(mesh: Mesh, patch: np.ndarray, seed) -> tuple[np.ndarray, np.ndarray]:
+    """PATCH_POINTS points all over each patch, and their normals (k · PATCH_POINTS, 3)."""
+    points = mesh.spread(patch, Nets(PATCH_POINTS, 2, seed).draw(len(patch)))
+    return points.reshape(-1, 3), np.repeat(mesh.normal[patch], PATCH_POINTS, axis=0)

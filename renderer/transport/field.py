@@ -72,3 +72,36 @@ def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray,
 def _gathered(values: np.ndarray, row: np.ndarray, columns: np.ndarray, shape) -> sparse.csr_array:
     rows = np.repeat(row, columns.shape[1])
     return sparse.coo_array((values.ravel(), (rows, columns.ravel())), shape=shape).tocsr()
+
+
+def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
+    """What an eye (3,) sees along directions (k, 3): patch (k,) or a negative number, and (s, t)."""
+    mesh = transport.mesh
+    patch = transport.eye.first_hit(np.broadcast_to(eye, directions.shape), directions)
+    found = np.maximum(patch, 0)
+    normal = mesh.normal[found]
+    slope = np.einsum("ki,ki->k", directions, normal)
+    height = np.einsum("ki,ki->k", mesh.corners[found, 0] - eye, normal)
+    reach = height / np.where(slope == 0, 1.0, slope)
+    s, t = mesh.inside(found, eye + reach[:, None] * directions)
+    return patch, np.clip(s, 0, 1), np.clip(t, 0, 1)
+
+
+def emitted(transport: Transport, n: int, row: np.ndarray, patch: np.ndarray,
+            weight: np.ndarray) -> sparse.csr_array:
+    """Radiosity per lumen that each row sees of luminaires' fronts (n, n_luminaires) [m⁻²]."""
+    mesh = transport.mesh
+    first = transport.n_surfaces - sum(lum.outline is not None for lum in transport.luminaires)
+    with_face = [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
+    index, per_lumen = np.full(transport.n_surfaces, -1), np.zeros(transport.n_surfaces)
+    facing = np.zeros((transport.n_surfaces, 3))
+    for offset, k in enumerate(with_face):
+        index[first + offset] = k
+        per_lumen[first + offset] = 1 / transport.luminaires[k].area
+        facing[first + offset] = transport.luminaires[k].normal
+    surface = mesh.surface[patch]
+    front = (index[surface] >= 0) & (
+        np.einsum("ki,ki->k", mesh.normal[patch], facing[surface]) > 0)
+    values = (weight * per_lumen[surface])[front]
+    return sparse.coo_array((values, (row[front], index[surface][front])),
+                            shape=(n, len(transport.luminaires))).tocsr()

@@ -1,0 +1,101 @@
+"""How far readings are from the truth, and which choice of method brings them nearer.
+
+    .venv/bin/python benchmarks/accuracy.py
+
+One room, 4 × 4 × 3 m, a 1 × 1 m panel flush in the ceiling, every surface of reflectance ρ; read at
+the floor's centre and 1 cm from a corner. The reference is the finest mesh here. Prints the tables
+that docs/verification.md and docs/decisions.md quote.
+"""
+
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import renderer
+from renderer.readings.photometer import direct_reading, indirect_sensor, place
+from renderer.transport import mesh as meshing
+from renderer.transport.contour import point_factors
+from renderer.transport.solve import radiosity
+from renderer.transport.transport import compute_transport
+
+SCENE = """
+[room]
+size = [4, 4, 3]
+floor = "a"
+walls = "a"
+ceiling = "a"
+[materials.a]
+reflectance = 0.5
+[[luminaires]]
+shape = "rectangle"
+center = [2, 2, 3]
+normal = [0, 0, -1]
+size = [1, 1]
+luminance = 1000
+"""
+RHOS = (0.2, 0.5, 0.9)
+SPOTS = {"floor centre": (2.0, 2.0, 0.0), "corner": (0.01, 0.01, 0.0)}
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def read(scene, size: float, rays: int = 0, collocation: bool = False, seed: int = 0) -> np.ndarray:
+    """Total illuminance [lx] (ρ, spots), and the seconds it took."""
+    started = time.perf_counter()
+    transport = compute_transport(scene, size, rays, seed)
+    lumens = scene.luminaires[0].lumens
+    table = np.zeros((len(RHOS), len(SPOTS)))
+    sensors = []
+    for spot in SPOTS.values():
+        at = place(transport, np.array(spot), UP, "here")
+        sensors.append((direct_reading(transport, at, UP, 0)[0] * lumens,
+                        indirect_sensor(transport, at, UP, 0)))
+    mesh = transport.mesh
+    for row, rho in enumerate(RHOS):
+        reflectance = np.where(transport.reflecting, rho, 0.0)[:, None]
+        direct = transport.direct * lumens
+        if collocation:
+            factors = point_factors(mesh.centroid, mesh.normal, mesh)
+            light = np.linalg.solve(np.eye(len(factors)) - reflectance * factors, reflectance * direct)
+        else:
+            light = radiosity(transport.exchange, reflectance, direct)
+        vertex = rho * (transport.to_vertices @ light)
+        surfaces = np.full((transport.n_surfaces, 1), rho)
+        surfaces[-1] = 0.0
+        for column, (straight, sensor) in enumerate(sensors):
+            once = sensor.direct_radiosity(surfaces, np.array([[lumens]]))
+            table[row, column] = straight + once[0, 0] + sensor.indirect_radiosity(vertex)[0, 0]
+    return table, len(mesh.patches), time.perf_counter() - started
+
+
+def show(title: str, rows: list) -> None:
+    """Print errors in per cent against the reference, ρ = 0.2, 0.5, 0.9, for each spot."""
+    print(f"\n{title}\n{'':34}{'patches':>8}{'s':>7}   floor centre, error %        corner, error %")
+    for name, (table, patches, seconds) in rows:
+        error = 100 * (table / reference - 1)
+        cells = "   ".join(" ".join(f"{e:8.3f}" for e in column) for column in error.T)
+        print(f"{name:34}{patches:8}{seconds:7.2f}   {cells}")
+
+
+def main() -> None:
+    """Print all tables."""
+    global reference
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "room.toml"
+        path.write_text(SCENE)
+        scene = renderer.load(path)
+        reference = read(scene, 0.11)[0]
+        show("patch size", [(f"{h:g} m", read(scene, h)) for h in (1, 0.5, 0.25)])
+        show("patch middles alone, not balanced", [
+            (f"{h:g} m", read(scene, h, collocation=True)) for h in (1, 0.5, 0.25)])
+        graded, meshing.GRADING = meshing.GRADING, 0.0
+        show("patches all alike, not graded", [(f"{h:g} m", read(scene, h)) for h in (1, 0.5, 0.25)])
+        meshing.GRADING = graded
+        show("rays instead of contours, 0.25 m", [
+            (f"{rays} rays, seed {seed}", read(scene, 0.25, rays, seed=seed))
+            for rays in (256, 1024, 4096) for seed in (0, 1)])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,47 @@
+"""How long the main job takes, and what 31 bands cost over 3.
+
+    .venv/bin/python benchmarks/speed.py [RUNS]
+
+Whole processes, cold, each command in turn A B A B …; medians, and for pairs the median of the
+pairwise ratios. Nothing else should run meanwhile.
+"""
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOMS = ("grey_room", "red_room", "furnished_room")
+
+
+def seconds(*arguments: str, folder: str) -> float:
+    """Wall time of one run of the command line [s]."""
+    started = time.perf_counter()
+    subprocess.run([sys.executable, "-m", "renderer", *arguments], cwd=folder, check=True,
+                   stdout=subprocess.DEVNULL)
+    return time.perf_counter() - started
+
+
+def main() -> None:
+    """Print the table."""
+    runs = int(sys.argv[1]) if len(sys.argv) > 1 else 5
+    print(f"{os.cpu_count()} cores, {runs} runs each, medians")
+    with tempfile.TemporaryDirectory() as folder:
+        seconds("--help", folder=folder)
+        for name, command in (("renderer --help", ["--help"]), ("renderer compare", ["compare", "--quiet"])):
+            times = [seconds(*command, folder=folder) for _ in range(runs)]
+            print(f"{name:44}{statistics.median(times):8.2f} s  ({min(times):.2f} to {max(times):.2f})")
+        for command in ("photometer", "render"):
+            for room in ROOMS:
+                pairs = [[seconds(command, room, "--bands", bands, "--quiet", folder=folder)
+                          for bands in ("rgb", "31")] for _ in range(runs)]
+                rgb, spectral = (statistics.median(column) for column in zip(*pairs, strict=True))
+                ratio = statistics.median(b / a for a, b in pairs)
+                print(f"{command + ' ' + room:44}{rgb:8.2f} s in RGB {spectral:8.2f} s in 31 bands: "
+                      f"{ratio:.3f} times")
+
+
+if __name__ == "__main__":
+    main()
