@@ -49,8 +49,8 @@ def read(scene, size: float, rays: int = 0, collocation: bool = False, seed: int
     sensors = []
     for spot in SPOTS.values():
         at = place(transport, np.array(spot), UP, "here")
-        sensors.append((direct_reading(transport, at, UP, 0)[0] * lumens,
-                        indirect_sensor(transport, at, UP, 0)))
+        sensors.append((direct_reading(transport, at, 0)[0] * lumens,
+                        indirect_sensor(transport, at, 0)))
     mesh = transport.mesh
     for row, rho in enumerate(RHOS):
         reflectance = np.where(transport.reflecting, rho, 0.0)[:, None]

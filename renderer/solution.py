@@ -142,8 +142,8 @@ class Solution:
     def _read(self, position, normal, where, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Direct and indirect irradiance (n_bands,)."""
         spot = place(self.transport, position, normal, where)
-        direct = direct_reading(self.transport, spot, normal, seed) @ self.flux
-        sensor = indirect_sensor(self.transport, spot, normal, seed)
+        direct = direct_reading(self.transport, spot, seed) @ self.flux
+        sensor = indirect_sensor(self.transport, spot, seed)
         indirect = (sensor.direct_radiosity(self.reflectance, self.flux)
                     + sensor.indirect_radiosity(self.vertex_radiosity))[0]
         return direct, indirect

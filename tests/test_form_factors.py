@@ -82,9 +82,13 @@ def test_a_point_beside_a_perpendicular_rectangle():
         FORM_FACTORS["point to perpendicular rectangle, a=2, b=3, c=1.5 (B-4)"], abs=1e-12)
 
 
+def mesh_of(scene, patch_size) -> Mesh:
+    return build_mesh(scene, scene.luminaires, patch_size)
+
+
 @pytest.fixture
 def box(room) -> Mesh:
-    return build_mesh(room(), 0.5)
+    return mesh_of(room(), 0.5)
 
 
 def test_an_empty_room_is_closed_from_every_patch(box):
@@ -114,7 +118,7 @@ def test_rays_and_contours_give_one_operator(box):
 
 
 def test_whole_faces_exchange_what_the_closed_form_says(room):
-    mesh = build_mesh(room(luminaires=()), 1.0)
+    mesh = mesh_of(room(luminaires=()), 1.0)
     exchange = contour_exchange(mesh)
     floor, ceiling = mesh.surface == 0, mesh.surface == 1
     got = exchange.matrix[np.ix_(floor, ceiling)].sum() / 16
@@ -126,7 +130,7 @@ def test_whole_faces_exchange_what_the_closed_form_says(room):
 @pytest.mark.parametrize("move", [[0, 0, 0], [100, -50, 30], [1e6, 1e6, -1e6]])
 def test_no_pair_is_hidden_in_an_empty_box_wherever_it_stands(box, move):
     moved = Mesh(box.vertices + move, box.patches, box.surface, box.vertex_surface, box.twin,
-                 box.obstacles, box.bounds + move)
+                 box.covered, box.obstacles, box.bounds + move)
     visibility = Visibility(moved)
     i, j = np.triu_indices(len(moved.patches), 1)
     apart = np.abs(((moved.centroid[j] - moved.centroid[i]) * moved.normal[i]).sum(axis=1)) > 1e-6
@@ -138,7 +142,7 @@ def test_no_pair_is_hidden_in_an_empty_box_wherever_it_stands(box, move):
 
 def test_a_thin_partition_hides_all_that_is_behind_it(room):
     sheet = {"shape": "box", "position": [2.0, 0.0, 0.0], "size": [1e-4, 4.0, 3.0]}
-    mesh = build_mesh(room(objects=[sheet], luminaires=()), 0.5)
+    mesh = mesh_of(room(objects=[sheet], luminaires=()), 0.5)
     visibility = Visibility(mesh)
     left = np.flatnonzero((mesh.centroid[:, 0] < 2) & (mesh.surface < 6))
     right = np.flatnonzero((mesh.centroid[:, 0] > 2.0001) & (mesh.surface < 6))

@@ -182,4 +182,3 @@ def test_a_point_lamp_near_the_ceiling_lights_it_with_half_its_flux(room, height
     # The upper hemisphere, less what passes below the ceiling's rim: for the isotropic lamp that is
     # some height / (4 × 1.3 m), for the Lambertian one its square.
     assert received == pytest.approx(1000 if lambertian else 500, rel=height)
-    assert solution.transport.direct_error < 1e-9

@@ -11,7 +11,6 @@ from renderer.scene.reading import Scene
 from renderer.solution import Solution
 from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
 from renderer.transport.transport import Transport
-from renderer.transport.visibility import STAND_OFF
 
 SUBPIXELS = 4
 """A pixel on an edge, of a surface or of a shadow, is the mean of 4 × 4 rays."""
@@ -128,7 +127,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     """Find what every pixel of a camera sees. Raises InputError where it stands inside a solid."""
     camera = pinhole(table)
     refuse_outside(transport, camera.position, f"{where}: camera")
-    eye, _ = off_surfaces(transport, camera.position, 2 * STAND_OFF)
+    eye = off_surfaces(transport, camera.position, camera.axes[2]).origin
     refuse_inside(transport, eye, f"{where}: camera")
     width, height = camera.width, camera.height
     n = width * height

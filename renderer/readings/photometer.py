@@ -1,5 +1,7 @@
 """The virtual photometer: what arrives at a point on a plane of any tilt."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from renderer.errors import InputError
@@ -13,6 +15,8 @@ from renderer.transport.visibility import STAND_OFF
 LARGEST = 2.5e-4
 """Surfaces are divided until no element fills more of the meter's view: 1/4000. Then the light
 on an element may be taken at its middle."""
+NEAR_LAMP = 0.5
+"""An element's half diagonal is at most this share of its distance to any lamp that lights it."""
 DEEPEST = 24
 READING_RAYS = 4096
 """Shadow rays from the meter itself to each luminaire."""
@@ -20,42 +24,57 @@ ELEMENT_RAYS = 16
 """Shadow rays from each element; their errors average out over thousands of elements."""
 
 
-def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> np.ndarray:
-    """A meter's position (3,), lifted off any surface that it touches. Raises InputError.
+@dataclass(frozen=True)
+class Spot:
+    """A meter's place: for exact factors a hair off what it touches, for rays by their tolerance.
+
+    position, origin : (3,) [m]; normal : (3,) unit; touched : (k, 3) normals of what it touches
+    """
+
+    position: np.ndarray
+    origin: np.ndarray
+    normal: np.ndarray
+    touched: np.ndarray
+
+
+def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> Spot:
+    """Where a meter at a point (3,) that faces along a unit normal stands. Raises InputError.
 
     A meter on a floor stands on it; in a corner it touches three surfaces and leaves all three.
     """
     refuse_outside(transport, position, where)
-    lift = HORIZON if transport.visibility is None else STAND_OFF
-    position, touched = off_surfaces(transport, position, lift)
-    if (touched @ normal < -1 + 1e-9).any():
+    spot = off_surfaces(transport, position, normal)
+    if (spot.touched @ normal < -1 + 1e-9).any():
         raise InputError(f"{where} faces the surface it lies on (normal {_short(normal)}) and sees "
                          "nothing. Turn its normal round.")
-    refuse_inside(transport, position, where)
+    refuse_inside(transport, spot.origin, where)
     for lum in transport.luminaires:
         if lum.outline is None and np.linalg.norm(position - lum.center) < 1e-6 * transport.mesh.scale:
             raise InputError(f"{where}: position {_short(position)} is on the point luminaire "
                              f"{lum.name!r}, where illuminance has no limit. Move one of them.")
-    return position
+    return spot
 
 
-def off_surfaces(transport: Transport, position: np.ndarray,
-                 lift: float) -> tuple[np.ndarray, np.ndarray]:
-    """A point lifted off every surface it touches, and the normals of those (k, 3).
-
-    lift : relative to the room's longest side; a surface nearer than this is touched.
-    """
+def off_surfaces(transport: Transport, position: np.ndarray, facing: np.ndarray) -> Spot:
+    """Lift a point off every surface that it touches; off a sheet to the side it faces."""
     mesh = transport.mesh
-    lift *= mesh.scale
     height = np.einsum("ki,ki->k", position - mesh.corners[:, 0], mesh.normal)
     s, t = mesh.inside(np.arange(len(mesh.patches)), position)
     edge = 1e-6
     on = (s >= -edge) & (t >= -edge) & np.where(
         mesh.triangular, s + t <= 1 + edge, (s <= 1 + edge) & (t <= 1 + edge))
-    on &= (np.abs(height) <= lift) & (mesh.twin < 0) & (transport.exchange.areas > 0)
-    touched = mesh.normal[on]
-    touched = np.unique(np.round(touched, 6), axis=0)
-    return np.clip(position, *mesh.bounds) + lift * touched.sum(axis=0), touched
+    on &= (np.abs(height) <= STAND_OFF * mesh.scale) & (transport.exchange.areas > 0)
+    along, index = mesh.normal @ facing, np.arange(len(mesh.twin))
+    on &= (mesh.twin < 0) | (along > 0) | ((along == 0) & (index < mesh.twin))
+    touched, which = np.unique(np.round(mesh.normal[on], 6), axis=0, return_inverse=True)
+    low = np.full(len(touched), np.inf)
+    np.minimum.at(low, which.ravel(), height[on])
+    inside = np.clip(position, *mesh.bounds)
+
+    def lifted(lift: float) -> np.ndarray:
+        return inside + np.clip(lift * mesh.scale - low, 0.0, None) @ touched
+
+    return Spot(lifted(HORIZON), lifted(STAND_OFF), facing, touched)
 
 
 def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> None:
@@ -82,27 +101,25 @@ def _short(xyz: np.ndarray) -> str:
     return "[" + ", ".join(f"{x:.6g}" for x in xyz) + "]"
 
 
-def direct_reading(transport: Transport, position: np.ndarray, normal: np.ndarray,
-                   seed: int) -> np.ndarray:
+def direct_reading(transport: Transport, spot: Spot, seed: int) -> np.ndarray:
     """Illuminance per lumen of each luminaire, straight from it (n_luminaires,) [m⁻²]."""
-    return direct_at(position[None], normal[None], transport.luminaires, transport.visibility,
-                     (transport.seed, 5, seed), READING_RAYS)[0]
+    return direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.visibility,
+                     (transport.seed, 5, seed), READING_RAYS, origins=spot.origin[None])[0]
 
 
-def indirect_sensor(transport: Transport, position: np.ndarray, normal: np.ndarray,
-                    seed: int) -> Sensor:
+def indirect_sensor(transport: Transport, spot: Spot, seed: int) -> Sensor:
     """What the surfaces send to a meter: one row whose value is indirect irradiance."""
-    patch, corners, factor, whole = _elements(transport, position, normal)
+    patch, corners, factor, whole = _elements(transport, spot)
     if transport.visibility is not None:
         square = np.random.default_rng((transport.seed, 6, seed)).random((len(patch), 2))
         targets = _within(transport.mesh, patch, corners, square)
         lifted = transport.visibility.off(targets, transport.mesh.normal[patch])
-        factor = factor * transport.visibility.clear(np.broadcast_to(position, lifted.shape), lifted)
+        factor = factor * transport.visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
         seen = factor > 0
         patch, corners, factor, whole = (x[seen] for x in (patch, corners, factor, whole))
     triangular = transport.mesh.triangular[patch]
     middle = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
-    # A whole patch has its mean, which no hot spot under a near lamp can falsify.
+    # A whole patch has its mean light.
     light = transport.direct[patch]
     divided = np.flatnonzero(~whole)
     light[divided] = direct_on(transport, patch[divided], *middle[divided].T, seed, ELEMENT_RAYS)
@@ -112,9 +129,10 @@ def indirect_sensor(transport: Transport, position: np.ndarray, normal: np.ndarr
 def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.ndarray, where: str):
     """What an eye sees along one direction: a sensor of one row, and the lamps' part (1, n)."""
     refuse_outside(transport, position, where)
-    eye, _ = off_surfaces(transport, position, 2 * STAND_OFF)
+    direction = direction / np.linalg.norm(direction)
+    eye = off_surfaces(transport, position, direction).origin
     refuse_inside(transport, eye, where)
-    seen = seen_from(transport, eye, direction[None] / np.linalg.norm(direction))
+    seen = seen_from(transport, eye, direction[None])
     if seen[0][0] < 0:
         raise InputError(f"{where}: nothing is seen along {_short(direction)} from {_short(position)}. "
                          "Look into the room.")
@@ -123,9 +141,9 @@ def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.n
     return (sense(transport, 1, row, *seen, weight, light), emitted(transport, 1, row, seen[0], weight))
 
 
-def _elements(transport: Transport, position: np.ndarray, normal: np.ndarray):
-    """Patches divided until none fills much of the view: patch, corners (k, 4, 2), factor, and
-    whether it is a whole patch."""
+def _elements(transport: Transport, spot: Spot):
+    """Patches divided until none fills much of the view or lies near a lamp for its size: patch,
+    corners (k, 4, 2), factor, and whether it is a whole patch."""
     mesh = transport.mesh
     patch = np.flatnonzero((transport.exchange.areas > 0) & transport.reflecting)
     unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -135,9 +153,10 @@ def _elements(transport: Transport, position: np.ndarray, normal: np.ndarray):
     for depth in range(DEEPEST):
         world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
         n = len(patch)
-        factor = polygon_factors(np.broadcast_to(position, (n, 3)),
-                                 np.broadcast_to(normal, (n, 3)), world)
-        large = (factor > LARGEST) if depth < DEEPEST - 1 else np.zeros(n, dtype=bool)
+        factor = polygon_factors(np.broadcast_to(spot.position, (n, 3)),
+                                 np.broadcast_to(spot.normal, (n, 3)), world)
+        large = (factor > LARGEST) | ((factor > 0) & _near_a_lamp(transport, patch, world))
+        large &= depth < DEEPEST - 1
         kept = ~large & (factor > 0)
         done.append((patch[kept], corners[kept], factor[kept], np.full(kept.sum(), depth == 0)))
         if not large.any():
@@ -145,6 +164,27 @@ def _elements(transport: Transport, position: np.ndarray, normal: np.ndarray):
         corners = _quarters(corners[large], mesh.triangular[patch[large]])
         patch = np.repeat(patch[large], 4)
     return tuple(np.concatenate(parts) for parts in zip(*done, strict=True))
+
+
+def _near_a_lamp(transport: Transport, patch: np.ndarray, world: np.ndarray) -> np.ndarray:
+    """Which elements (k, 4, 3) a lamp lights from nearer than their size, so that its light varies
+    across them (k,)."""
+    near = np.zeros(len(patch), dtype=bool)
+    middle, normal = world.mean(axis=1), transport.mesh.normal[patch]
+    size = np.linalg.norm(world - middle[:, None], axis=2).max(axis=1)
+    slack = 1e-9 * transport.mesh.scale
+    for lum in transport.luminaires:
+        away = middle - lum.center
+        distance = np.linalg.norm(away, axis=1)
+        lit = np.einsum("ki,ki->k", away, normal) < -slack
+        if lum.outline is not None:
+            along = away @ lum.normal
+            radius = np.linalg.norm(lum.outline - lum.center, axis=1).max()
+            beside = np.sqrt(np.maximum(distance**2 - along**2, 0.0))
+            distance = np.hypot(along, np.maximum(beside - radius, 0.0))
+            lit = ((world - lum.center) @ lum.normal > slack).any(axis=1)
+        near |= lit & (size > NEAR_LAMP * distance)
+    return near
 
 
 def _quarters(corners: np.ndarray, triangular: np.ndarray) -> np.ndarray:

@@ -119,15 +119,16 @@ def spread(luminaire: Luminaire, square: np.ndarray) -> np.ndarray:
 
 
 def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire],
-              visibility: Visibility | None, seed: tuple[int, ...],
-              rays: int = SHADOW_RAYS) -> np.ndarray:
+              visibility: Visibility | None, seed: tuple[int, ...], rays: int = SHADOW_RAYS,
+              origins: np.ndarray | None = None) -> np.ndarray:
     """Illuminance per lumen at points (k, n_luminaires) [m⁻²], shadows included.
 
-    visibility : None where nothing can stand between.
+    visibility : None where nothing can stand between; origins : where rays start, (k, 3) [m], else
+    off the points along their normals.
     """
     factors = unoccluded(points, normals, luminaires)
     if visibility is not None:
-        lifted = visibility.off(points, normals)
+        lifted = visibility.off(points, normals) if origins is None else origins
         for index, luminaire in enumerate(luminaires):
             lit = np.flatnonzero(factors[:, index] > 0)
             lit = lit[may_be_shadowed(points[lit], normals[lit], luminaire,
@@ -138,12 +139,12 @@ def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminair
 
 
 def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire],
-                      visibility: Visibility | None, seed: tuple[int, ...]) -> tuple[np.ndarray, float]:
+                      visibility: Visibility | None, seed: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Mean illuminance of each patch per lumen (n_patches, n_luminaires) [m⁻²].
 
     In closed form where nothing stands between; times the share that gets past what does. All
-    lumens arrive somewhere: each luminaire's sum is scaled to 1. Returns also the largest error of
-    that sum before scaling.
+    lumens arrive somewhere: each luminaire's sum is scaled to 1. Returns also what was missing
+    from that sum before (n_luminaires,).
     """
     live = np.flatnonzero(exchange.areas > 0)
     mean = np.zeros((len(mesh.patches), len(luminaires)))
@@ -154,8 +155,7 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
             flux[lit] *= _share_on(mesh, live[lit], lum, visibility, (*seed, index, 1))
         mean[live, index] = flux / exchange.areas[live]
     arrived = exchange.areas @ mean
-    error = float(np.abs(arrived - 1).max(initial=0.0))
-    return mean / np.where(arrived > 0, arrived, 1.0), error
+    return mean / np.where(arrived > 0, arrived, 1.0), 1 - arrived
 
 
 def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.ndarray:

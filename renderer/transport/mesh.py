@@ -1,6 +1,6 @@
 """Patches: the room's faces, the solids and the luminaires' faces, divided."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -30,6 +30,7 @@ class Mesh:
     surface : (n_patches,) index into Scene.surfaces
     vertex_surface : (n_vertices,) likewise
     twin : (n_patches,) the patch on the other side of a sheet (a luminaire in mid-air), else -1
+    covered : (n_patches,) lies face to face on another surface, or again where one already is
     obstacles : (m, 8, 3) corners of boxes around whatever stands in the room [m]
     bounds : (2, 3) lowest and highest corner of the room [m]
     """
@@ -39,6 +40,7 @@ class Mesh:
     surface: np.ndarray
     vertex_surface: np.ndarray
     twin: np.ndarray
+    covered: np.ndarray
     obstacles: np.ndarray
     bounds: np.ndarray
 
@@ -148,18 +150,40 @@ def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | Non
     return None
 
 
-def build_mesh(scene: Scene, patch_size: float) -> Mesh:
-    """Divide a scene into patches of about `patch_size` [m], graded toward edges and contacts."""
+SHEET_OFF = 2e-5
+"""How far a luminaire that is not mounted stands off a wall, relative to the longest side."""
+
+
+def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
+    """A luminaire in a wall's plane but not mounted on it (a disc, a turned rectangle), moved off
+    it by more than the rays' tolerance, so that it is a sheet before the wall."""
+    if luminaire.outline is None or mounting(scene, luminaire, 0) is not None:
+        return luminaire
+    shift = np.zeros(3)
+    for face in scene.room.values():
+        gap = ((luminaire.outline - face.corner) @ face.normal).min()
+        shift += max(0.0, SHEET_OFF * float(scene.size.max()) - gap) * face.normal
+    rectangle = luminaire.rectangle
+    return replace(luminaire, center=luminaire.center + shift, outline=luminaire.outline + shift,
+                   rectangle=rectangle and replace(rectangle, corner=rectangle.corner + shift))
+
+
+def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> Mesh:
+    """Divide a scene into patches of about `patch_size` [m], graded toward edges and contacts.
+
+    luminaires : the scene's, each through `stand_off`.
+    """
     first_face = len(scene.room) + len(scene.solids)
     mountings, sheets = [], []
-    for index, luminaire in enumerate(scene.faces):
+    for index, luminaire in enumerate(lum for lum in luminaires if lum.outline is not None):
         found = mounting(scene, luminaire, first_face + index)
         if found is not None:
             mountings.append(found)
         else:
             sheets.append((first_face + index, luminaire))
+    touch = COPLANAR * float(scene.size.max())
     rectangles = [(index, name, face) for index, (name, face) in enumerate(scene.room.items())]
-    builder = _Builder(patch_size, COPLANAR * float(scene.size.max()))
+    builder = _Builder(patch_size, touch)
     loose = []
     for index, solid in enumerate(scene.solids, start=len(scene.room)):
         flats, triangles = flat_parts(solid.mesh)
@@ -172,12 +196,13 @@ def build_mesh(scene: Scene, patch_size: float) -> Mesh:
     for index, triangles in loose:
         builder.add_triangles(index, triangles)
     for index, luminaire in sheets:
-        builder.add_sheet(index, luminaire, scene)
+        builder.add_sheet(index, luminaire)
     around = [solid.mesh.bounds for solid in scene.solids]
     around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for _, lum in sheets]
     corners = np.array(list(np.ndindex(2, 2, 2)))
     boxes = np.array([bounds[corners, np.arange(3)] for bounds in around]).reshape(-1, 8, 3)
-    return builder.finish(boxes, np.array([np.zeros(3), scene.size]))
+    faces = [(index, rectangle) for index, _, rectangle in rectangles]
+    return builder.finish(faces, boxes, np.array([np.zeros(3), scene.size]))
 
 
 class _Builder:
@@ -245,7 +270,7 @@ class _Builder:
         faces = faces[np.linalg.norm(sides, axis=1) > self.touch**2]
         self.add(vertices, np.column_stack([faces, faces[:, 2]]), np.full(len(faces), index), index)
 
-    def add_sheet(self, index: int, luminaire: Luminaire, scene: Scene) -> None:
+    def add_sheet(self, index: int, luminaire: Luminaire) -> None:
         if luminaire.rectangle is not None:
             rectangle = luminaire.rectangle
             steps = [np.linspace(0, 1, 1 + int(np.ceil(np.linalg.norm(edge) / self.patch_size)))
@@ -255,21 +280,40 @@ class _Builder:
             k = len(luminaire.outline)
             vertices = np.vstack([luminaire.outline, luminaire.center])
             patches = np.array([[k, i, (i + 1) % k, (i + 1) % k] for i in range(k)])
-        # A sheet that lies in a wall's plane stands off it by more than a ray's tolerance.
-        for face in scene.room.values():
-            gap = ((vertices - face.corner) @ face.normal).min()
-            off = max(0.0, 5e-5 * float(scene.size.max()) - gap)
-            if abs(luminaire.normal @ face.normal) > 1 - 1e-6:
-                vertices = vertices + off * face.normal
         triangular = patches[:, 2] == patches[:, 3]
         back = np.where(triangular[:, None], patches[:, [0, 2, 1, 1]], patches[:, [0, 3, 2, 1]])
         n = len(patches)
         self.add(vertices, patches, np.full(n, index), index, np.arange(n) + n)
         self.add(vertices, back, np.full(n, index), index, np.arange(n) - n)
 
-    def finish(self, obstacles: np.ndarray, bounds: np.ndarray) -> Mesh:
-        return Mesh(*(np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
-                                                  self.vertex_surface, self.twin)), obstacles, bounds)
+    def finish(self, faces: list[tuple[int, Rectangle]], obstacles: np.ndarray,
+               bounds: np.ndarray) -> Mesh:
+        arrays = (np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
+                                              self.vertex_surface, self.twin))
+        mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, bounds)
+        return replace(mesh, covered=covered_by_contact(mesh, faces, self.touch))
+
+
+def covered_by_contact(mesh: Mesh, faces: list[tuple[int, Rectangle]], touch: float) -> np.ndarray:
+    """Which patches lie wholly in another surface's face (n_patches,): face to face with it, as a crate
+    and the floor, or a second time where an earlier surface already is.
+
+    faces : (surface, rectangle) of the room and the solids.
+    """
+    covered = np.zeros(len(mesh.patches), dtype=bool)
+    shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
+    last = max(index for index, _ in faces)  # luminaires come after: their faces stand in a wall's
+    for index, face in faces:
+        u2, v2 = face.u @ face.u, face.v @ face.v
+        facing = mesh.normal @ face.normal
+        offset = shrunk - face.corner
+        s, t = offset @ face.u / u2, offset @ face.v / v2
+        within = ((np.abs(offset @ face.normal) < touch) & (s > 0) & (s < 1)
+                  & (t > 0) & (t < 1)).all(axis=1)
+        other = (mesh.surface != index) & (mesh.twin < 0)
+        covered |= within & other & (facing < -1 + 1e-9)
+        covered |= within & other & (facing > 1 - 1e-9) & (mesh.surface > index) & (mesh.surface <= last)
+    return covered
 
 
 def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

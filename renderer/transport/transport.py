@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from renderer.errors import InputError
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
 from renderer.transport.contour import HORIZON, point_factors
@@ -20,9 +21,11 @@ from renderer.transport.form_factors import (
     gather_by_rays,
     ray_exchange,
 )
-from renderer.transport.mesh import Mesh, build_mesh
+from renderer.transport.mesh import Mesh, build_mesh, stand_off
 from renderer.transport.visibility import Visibility
 
+HIDDEN = 0.05
+"""A luminaire of which more than this share lights no surface is refused; less is sampling error."""
 INWARD = 1e-3
 """How far a vertex is moved toward the exposed patches around it before it is asked what it
 receives, relative to their distance: a point on an edge or under an object has no one answer."""
@@ -36,7 +39,6 @@ class Transport:
     visibility : None where nothing can stand between two points
     exchange : who exchanges light with whom
     direct : (n_patches, n_luminaires) mean illuminance per lumen [m⁻²]
-    direct_error : largest error of a luminaire's total before it was scaled to 1
     """
 
     mesh: Mesh
@@ -47,7 +49,6 @@ class Transport:
     visibility: Visibility | None
     exchange: Exchange
     direct: np.ndarray
-    direct_error: float
     seconds: float = field(default=0.0)
 
     @property
@@ -98,12 +99,27 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int) -> 
     patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches.
     """
     started = time.perf_counter()
-    mesh = build_mesh(scene, patch_size)
+    luminaires = [stand_off(scene, luminaire) for luminaire in scene.luminaires]
+    mesh = build_mesh(scene, luminaires, patch_size)
     visibility = Visibility(mesh) if rays else None
     if visibility is None:
         exchange = contour_exchange(mesh)
     else:
         exchange = ray_exchange(mesh, visibility, rays, (seed, 1))
-    direct, error = direct_on_patches(mesh, exchange, scene.luminaires, visibility, (seed, 2))
-    return Transport(mesh, scene.luminaires, len(scene.surfaces), rays, seed, visibility, exchange,
-                     direct, error, time.perf_counter() - started)
+    direct, lost = direct_on_patches(mesh, exchange, luminaires, visibility, (seed, 2))
+    _refuse_hidden(scene, exchange, luminaires, lost)
+    return Transport(mesh, luminaires, len(scene.surfaces), rays, seed, visibility, exchange, direct,
+                     time.perf_counter() - started)
+
+
+def _refuse_hidden(scene: Scene, exchange: Exchange, luminaires: list[Luminaire],
+                   lost: np.ndarray) -> None:
+    """Raise InputError where objects fill the room, or a luminaire's light does not get into it."""
+    if not exchange.areas.any():
+        names = ", ".join(repr(solid.name) for solid in scene.solids)
+        raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "
+                         "Make them smaller.")
+    for index in np.flatnonzero(np.abs(lost) > HIDDEN):
+        raise InputError(f"{scene.path}: luminaires[{index}] {luminaires[index].name!r} sends "
+                         f"{lost[index]:.0%} of its light into a surface that it touches or an object "
+                         "that covers it. Move it clear, or turn its normal into the room.")
