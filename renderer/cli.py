@@ -1,6 +1,7 @@
 """The command line: arguments and messages only."""
 
 import json
+import signal
 import sys
 import time
 from collections.abc import Iterator
@@ -18,7 +19,9 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           "measures the difference.", version_flags=["--version"], help_format="plaintext",
           suppress_keyboard_interrupt=False)
 
-NOT_REACHED = ("renderer: warning: {scene}: the reading {name!r} is ± {got:.2%}, not the {asked:.2%} "
+LEAK = 0.05
+"""Closure error past which a run warns."""
+NOT_REACHED = ("warning: {scene}: the reading {name!r} is ± {got:.2%}, not the {asked:.2%} "
                "asked; give a smaller --accuracy.")
 
 
@@ -74,16 +77,17 @@ class Solving:
 def _progress(quiet: bool) -> Iterator:
     """Something to call with each step: a spinner on a terminal, a line a step elsewhere."""
     if quiet:
-        yield lambda step: None
+        yield lambda step: _stop_if_asked()
         return
     from rich.console import Console
+    from rich.text import Text
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield lambda step: print(f"renderer: {step}", file=sys.stderr)
+        yield lambda step: (_stop_if_asked(), _say(step))
         return
     with console.status("starting") as status:
-        yield lambda step: status.update(step)
+        yield lambda step: (_stop_if_asked(), status.update(Text(step)))
 
 
 def _show(title: str, columns: list[str], rows: list[list[str]]) -> None:
@@ -91,12 +95,13 @@ def _show(title: str, columns: list[str], rows: list[list[str]]) -> None:
     from rich import box
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=title, box=box.SIMPLE, title_justify="left")
+    table = Table(title=Text(title), box=box.SIMPLE, title_justify="left")
     for k, column in enumerate(columns):
         table.add_column(column, justify="left" if k == 0 else "right", no_wrap=True)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(Text, row))
     console = Console()
     if not console.is_terminal:
         console = Console(width=200)
@@ -107,8 +112,13 @@ def _warn(solution, readings, asked: float) -> None:
     """Say on stderr what a run did not reach."""
     for r in readings:
         if r.total_lx > 0 and r.uncertainty > asked * r.total_lx:
-            print(NOT_REACHED.format(scene=solution.scene.title, name=r.name, asked=asked,
-                                     got=r.uncertainty / r.total_lx), file=sys.stderr)
+            _say(NOT_REACHED.format(scene=solution.scene.title, name=r.name, asked=asked,
+                                    got=r.uncertainty / r.total_lx))
+    exchange, mesh = solution.transport.exchange, solution.transport.mesh
+    if exchange.closure_error > LEAK:
+        surface = solution.scene.surfaces[mesh.surface[exchange.worst_patch]]
+        _say(f"warning: {solution.scene.title}: {exchange.closure_error:.1%} of the light from a patch of "
+             f"{surface!r} meets no surface's front; is something there open or overlapping?")
 
 
 def _list_files(files: list[Path], out: Path) -> None:
@@ -197,7 +207,7 @@ def _one_room(scene: str, solving: Solving | None, output: Output | None, save) 
 
 @app.command
 def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-               normal: Annotated[str, Parameter(allow_leading_hyphen=True)] = "0,0,1",
+               normal: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
                json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
                solving: Solving | None = None, output: Output | None = None) -> None:
     """Readings of the scene's photometers, or of one at a point.
@@ -209,7 +219,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     at
         Where to read, as x,y,z in metres; else the scene's own photometers.
     normal
-        The direction the meter faces, as x,y,z; with --at.
+        The direction the meter faces, as x,y,z; with --at; else up.
     json_
         Print one JSON object instead of a table.
     """
@@ -223,8 +233,12 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     if at is None and not loaded.photometers:
         raise InputError(f"{loaded.path}: photometers is empty; add a [[photometers]] table, or say "
                          "where with --at x,y,z.")
+    if at is None and normal is not None:
+        raise InputError(f"--normal is {normal!r} but --at is not given; give both, or neither for the "
+                         "scene's own photometers.")
+    normal = normal or "0,0,1"
     spot = None if at is None else (_vector("--at", at), _vector("--normal", normal))
-    if spot is not None and not any(spot[1]):
+    if spot is not None and max(map(abs, spot[1])) < 1e-9:
         raise InputError(f"--normal is {normal!r}, which has no length; give a direction: 0,0,1.")
     with _progress(output.quiet) as progress:
         solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)
@@ -258,13 +272,35 @@ def _vector(option: str, text: str) -> tuple[float, float, float]:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
         numbers = ()
-    if len(numbers) != 3 or not all(isfinite(x) for x in numbers):
-        raise InputError(f"{option} is {text!r}; must be three numbers: x,y,z.")
+    if len(numbers) != 3 or not all(isfinite(x) and abs(x) <= 1e9 for x in numbers):
+        raise InputError(f"{option} is {text!r}; must be three numbers up to 1e9: x,y,z.")
     return numbers
+
+
+_interrupted = False
+
+
+def _interrupt(_signal, _frame) -> None:
+    """Ctrl-C. Some packages swallow the exception while they are imported, so it is remembered."""
+    global _interrupted
+    _interrupted = True
+    raise KeyboardInterrupt
+
+
+def _stop_if_asked() -> None:
+    if _interrupted:
+        raise KeyboardInterrupt
+
+
+def _say(message: str) -> None:
+    print(f"renderer: {' '.join(message.split())}", file=sys.stderr)
 
 
 def main() -> None:
     """Run the command line; every refusal is one line on stderr."""
+    signal.signal(signal.SIGINT, _interrupt)
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="replace")
     try:
         app(exit_on_error=False, print_error=False)
     except CycloptsError as error:
@@ -276,11 +312,15 @@ def main() -> None:
     except MemoryError:
         _leave("the memory is used up. Give a looser --accuracy or a larger patch_size.", 1)
     except BrokenPipeError:
+        sys.stdout = None
         sys.exit(1)
+    except OSError as error:
+        _leave(f"{error.filename or 'the output'}: {error.strerror}. Give another path.",
+               2 if error.filename else 1)
     except KeyboardInterrupt:
         _leave("interrupted; no partial file is left.", 1)
 
 
 def _leave(message: str, code: int) -> None:
-    print(f"renderer: {message}", file=sys.stderr)
+    _say(message)
     sys.exit(code)

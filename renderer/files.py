@@ -23,11 +23,18 @@ def output_folder(path: Path) -> Path:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A path beside `path` to write to; it takes that name when all is written, else vanishes."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """A path beside `path` to write to; it takes that name when all is written, else vanishes.
+
+    Raises InputError where it cannot be written.
+    """
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         yield part
         os.replace(part, path)
+    except OSError as error:
+        raise InputError(f"{path} cannot be written ({error.strerror}). Give another --out, or make "
+                         "room for it.") from None
     finally:
-        part.unlink(missing_ok=True)
+        if part.is_file():
+            part.unlink()

@@ -11,14 +11,14 @@ from renderer.colour.bands import BandSet, band_set
 from renderer.plan import Plan, make_plan
 from renderer.readings.photometer import direct_reading, indirect_sensor, luminance_sensor, place
 from renderer.scene.reading import Scene
-from renderer.transport.form_factors import REPLICAS, Exchange
+from renderer.transport.form_factors import Exchange
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import Transport, compute_transport
 
 Progress = Callable[[str], None]
 
 STUDENT_95 = 3.182
-"""Two-sided 95 % point of Student's t with REPLICAS − 1 = 3 degrees of freedom."""
+"""Two-sided 95 % point of Student's t with 3 degrees of freedom: four replicas."""
 MESH_SAFETY = 3.0
 ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
@@ -156,14 +156,15 @@ class Solution:
 
         Mesh: three times how far the reading moves when patches are twice as long, the grid
         convergence index for two meshes and an order of at least 1 (P. J. Roache, J. Fluids Eng.
-        116(3), 1994, doi:10.1115/1.2910291). Sampling: the spread of independent parts of
-        the rays. Both are estimated in RGB, which costs little; they hardly depend on the bands.
+        116(3), 1994, doi:10.1115/1.2910291). Sampling: the spread of independent quarters of
+        the rays, each with a meter of its own; not divided by their number, since the meter's part
+        does not shrink with it. Both are estimated in RGB, which costs little.
         """
         fine, coarse, replicas = self._family
         reading = fine._read_lx(position, normal, where)
         mesh = MESH_SAFETY * abs(coarse._read_lx(position, normal, where) - reading)
         spread = [r._read_lx(position, normal, where, k + 1) for k, r in enumerate(replicas)]
-        sampling = STUDENT_95 * np.std(spread, ddof=1) / np.sqrt(REPLICAS) if spread else 0.0
+        sampling = STUDENT_95 * np.std(spread, ddof=1) if spread else 0.0
         return float(np.hypot(mesh, sampling) + ROUNDING * reading)
 
     @cached_property

@@ -156,6 +156,28 @@ def test_a_wrong_call_is_one_line_and_exit_code_2(run, folder, arguments, words)
     assert not (folder / "outputs").exists()
 
 
+def test_titles_and_names_are_shown_as_they_stand(run, folder):
+    text = 'title = "Room [bold] $x_$ [/b]"' + SMALL.replace('"floor"\nposition', '"[red]f"\nposition')
+    (folder / "odd.toml").write_text(text)
+    (folder / "sub").mkdir()
+    (folder / "sub" / "odd.toml").write_text(text)
+    done = run("compare", "odd.toml", "sub/odd.toml", "--quiet", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "Room [bold] $x_$ [/b]" in done.stdout
+    assert "[red]f" in done.stdout
+    names = {p.name for p in (folder / "outputs" / "comparison").iterdir()}
+    assert {"odd_31.vtp", "odd-2_31.vtp"} <= names
+
+
+def test_an_output_that_cannot_be_replaced_is_one_line(run, folder):
+    (folder / "here" / "room_31.png").mkdir(parents=True)
+    done = run("render", "room.toml", "--out", "here", "--quiet", cwd=folder)
+    assert done.returncode == 2
+    assert "room_31.png" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not list(folder.rglob("*.part*"))
+
+
 def test_no_steady_state_is_exit_code_1(run, folder):
     text = SMALL.replace("reflectance = 0.5", "reflectance = 1").replace(
         'shape = "rectangle"\ncenter = [2, 2, 3]\nnormal = [0, 0, -1]\nsize = [1, 1]\nluminance = 1000',

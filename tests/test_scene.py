@@ -40,7 +40,7 @@ REFUSED = [
     ("reflectance = 0.2", 'munsell = "5R 4/99"', ["materials.grey.munsell", "Nearest"]),
     ('floor = "grey"', 'floor = "gray"', ["room.floor", "'gray'", "did you mean 'grey'"]),
     ('walls = "grey"', "", ["wall_x0 has no material"]),
-    ("size = [5.4, 5.4, 3.0]", "size = [5.4, -5.4, 3.0]", ["room.size", "-5.4", "greater than 0"]),
+    ("size = [5.4, 5.4, 3.0]", "size = [5.4, -5.4, 3.0]", ["room.size", "-5.4", "greater than"]),
     ("size = [5.4, 5.4, 3.0]", "size = [5.4, inf, 3.0]", ["room.size", "inf", "finite"]),
     ("size = [5.4, 5.4, 3.0]", "size = [5.4, 5.4]", ["room.size"]),
     ("size = [5.4, 5.4, 3.0]", "", ["room.size", "missing"]),
@@ -50,7 +50,7 @@ REFUSED = [
     ("flux = 4000", 'flux = "bright"', ["luminaires[0].flux", "bright"]),
     ("flux = 4000", "flux = 1\nluminance = 2", ["exactly one of flux, luminance"]),
     ("flux = 4000", "watts = 4000", ["luminaires[0].watts", "not a known key"]),
-    ("size = [0.6, 0.6]", "size = [0.6, 0]", ["luminaires[0].size", "greater than 0"]),
+    ("size = [0.6, 0.6]", "size = [0.6, 0]", ["luminaires[0].size", "greater than"]),
     ("size = [0.6, 0.6]", "", ["size is missing"]),
     ("center = [2.7, 2.7, 3.0]", "center = [2.7, 2.7, 3.1]", ["luminaires[0]", "outside the room"]),
     ("normal = [0, 0, -1]", "normal = [0, 0, 0]", ["normal", "direction"]),
@@ -68,6 +68,16 @@ REFUSED = [
     ("[camera]", "[solver]\naccuracy = 0\n[camera]", ["solver.accuracy"]),
     ("[camera]", "[solver]\nseed = -1\n[camera]", ["solver.seed"]),
     ('title = "Grey room"', 'title = "Grey room', ["not valid TOML"]),
+    ("reflectance = 0.2", "reflectance = true", ["materials.grey.reflectance", "True"]),
+    ("reflectance = 0.2", 'reflectance = "0.2"', ["materials.grey.reflectance", "'0.2'"]),
+    ("size = [5.4, 5.4, 3.0]", "size = [1e300, 5.4, 3.0]", ["room.size", "1e+300", "less than"]),
+    ("flux = 4000", "flux = 1e308", ["luminaires[0].flux", "1e+308"]),
+    ("up = [1, 0, 0]", "up = [0, 0, 0]", ["luminaires[0]", "up has no length"]),
+    ("normal = [0, 0, -1]", "normal = [0, 0, -1]\ndistribution = 'lambertian'", ["distribution"]),
+    ("[camera]", '[[objects]]\nshape = "box"\nposition = [1, 1, 0]\nsize = [1, 1, 1e-5]\n'
+     'material = "grey"\n[camera]', ["objects[0]", "thin", "Make it thicker"]),
+    ("[camera]", '[[objects]]\nshape = "box"\nposition = [-1, -1, -1]\nsize = [9, 9, 9]\n'
+     'material = "grey"\n[camera]', ["objects[0]", "fills the whole room"]),
     ("[camera]", '[[objects]]\nshape = "box"\nposition = [0, 0, 0]\nmaterial = "grey"\n[camera]',
      ["objects[0]", "size is missing"]),
     ("[camera]", '[[objects]]\nshape = "box"\nposition = [9, 0, 0]\nsize = [1, 1, 1]\nmaterial = "grey"\n'
@@ -100,6 +110,8 @@ def test_a_fault_is_refused_in_one_sentence(tmp_path, old, new, words):
     ("wavelength_nm,reflectance\n", "at least 2"),
     ("wavelength_nm,reflectance\n0.4,0.1\n0.7,0.2\n", "nanometres"),
     ("wavelength_nm,reflectance\n400,0.1\n700,-0.2\n", "from 0 to 1"),
+    ("wavelength_nm,reflectance\n500,0.1\n510,0.2\n", "must reach from 420 to 680"),
+    ("wavelength_nm,a,b\n400,0.1,0.3\n700,0.2,0.3\n", "two numbers"),
 ])
 def test_a_bad_spectrum_is_refused(tmp_path, text, word):
     (tmp_path / "paint.csv").write_text(text)
@@ -108,6 +120,25 @@ def test_a_bad_spectrum_is_refused(tmp_path, text, word):
     with pytest.raises(renderer.InputError, match=re.escape(word)) as refused:
         renderer.load(path)
     assert "paint.csv" in str(refused.value)
+
+
+def test_a_table_with_semicolons_may_have_decimal_commas(tmp_path):
+    (tmp_path / "paint.csv").write_text("nm;rho\n400,0;0,5\n700,0;0,25\n")
+    path = tmp_path / "room.toml"
+    path.write_text(GREY.replace("reflectance = 0.2", 'spectrum = "paint.csv"'))
+    np.testing.assert_allclose(renderer.load(path).materials[0].spectrum.values, [0.5, 0.25])
+
+
+def test_an_open_mesh_and_one_with_nan_are_refused(tmp_path):
+    solid = trimesh.creation.box()
+    open_box = trimesh.Trimesh(solid.vertices, solid.faces[:-2], process=False)
+    open_box.export(tmp_path / "open.stl")
+    (tmp_path / "nan.obj").write_text("v 0 nan 1\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 2 3 4\n")
+    for name, word in (("open.stl", "not closed"), ("nan.obj", "finite")):
+        path = tmp_path / "room.toml"
+        path.write_text(GREY + f'\n[[objects]]\nmesh = "{name}"\nposition = [1, 1, 0]\nmaterial = "grey"\n')
+        with pytest.raises(renderer.InputError, match=word):
+            renderer.load(path)
 
 
 @pytest.mark.parametrize("content", [b"", b"solid nothing\nendsolid nothing\n", b"\x00\xff garbage"])

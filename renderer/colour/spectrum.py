@@ -58,10 +58,13 @@ def _read_csv(path: Path, where: str) -> tuple[np.ndarray, np.ndarray]:
     for number, line in enumerate(lines, start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
-        cells = line.replace(";", ",").replace("\t", ",").split(",")
+        # With semicolons or tabs between them, numbers may have decimal commas.
+        separator = next((sign for sign in ";\t" if sign in line), None)
+        cells = line.replace(",", ".").split(separator) if separator else line.split(",")
         try:
-            rows.append((float(cells[0]), float(cells[1])))
-        except (ValueError, IndexError):
+            wavelength, value = cells
+            rows.append((float(wavelength), float(value)))
+        except ValueError:
             if rows or number > 1:
                 raise InputError(f"{where}: {path.name}, line {number} is {line.strip()!r}; "
                                  "must be two numbers: wavelength_nm,value.") from None

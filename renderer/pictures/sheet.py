@@ -1,5 +1,6 @@
 """The deck's pictures of several rooms on one sheet."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,7 +43,7 @@ def save_sheet(columns: list[Column], top: float, path: Path) -> Path:
     for k, column in enumerate(columns):
         x = left + k * cell
         figure.text((x + cell / 2) / width, 1 - 0.62 / height,
-                    f"{column.title}\n{BAND_TITLES[column.bands]}", ha="center", va="center",
+                    f"{plain(column.title)}\n{BAND_TITLES[column.bands]}", ha="center", va="center",
                     fontsize=10.5)
         for row, pixels in enumerate(column.pictures):
             y = height - head - (row + 1) * (cell * tall + 0.06)
@@ -65,20 +66,26 @@ def save_sheet(columns: list[Column], top: float, path: Path) -> Path:
         y = height - head - (row + 1) * (cell * tall + 0.06)
         draw_legend(figure, figure.add_axes(((x + 0.14) / width, (y + 0.08) / height, 0.14 / width,
                                              (cell * tall - 0.42) / height)), top, 8)
-    with whole_file(path) as part:
+    with whole_file(path) as part, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a script that the font lacks
         figure.savefig(part)
     return path
 
 
+def plain(text: str) -> str:
+    """Text that matplotlib shows as it stands: no formulas, no control characters."""
+    return "".join(c for c in text if c.isprintable()).replace("$", r"\$")
+
+
 def _headline(columns: list[Column]) -> str:
     rooms = list(dict.fromkeys(column.title for column in columns))
-    return " · ".join(rooms) + ": one exposure, one scale"
+    return plain(" · ".join(rooms)) + ": one exposure, one scale"
 
 
 def _caption(column: Column) -> str:
     lines = []
     for reading, ratio in zip(column.readings[:1], column.ratios[:1], strict=True):
-        lines = [reading.name, f"{reading.total_lx:.2f} ± {reading.uncertainty:.2f} lx"]
+        lines = [plain(reading.name), f"{reading.total_lx:.2f} ± {reading.uncertainty:.2f} lx"]
         if ratio is not None:
             lines.append(f"{ratio:.3f} × first room")
     return "\n".join(lines)

@@ -2,12 +2,14 @@
 
 import os
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from renderer.files import whole_file
 from renderer.pictures.pseudocolour import colour_map, draw_legend
+from renderer.pictures.sheet import plain
 from renderer.solution import Solution
 
 
@@ -72,10 +74,11 @@ def save_view(solutions: list[tuple[str, Solution]], top: float, path: Path) -> 
     for k, ((title, _), shot) in enumerate(zip(solutions, shots, strict=True)):
         axes = figure.add_axes((k * width, 0, width, 0.9))
         axes.imshow(shot)
-        axes.set_title(title, fontsize=11)
+        axes.set_title(plain(title), fontsize=11)
         axes.axis("off")
     draw_legend(figure, figure.add_axes((len(shots) * width + 0.1 * (1 - len(shots) * width), 0.12,
                                          0.15 * (1 - len(shots) * width), 0.68)), top)
-    with whole_file(path) as part:
+    with whole_file(path) as part, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph", UserWarning)
         figure.savefig(part)
     return path

@@ -9,6 +9,7 @@ from renderer.scene.reading import INSIDE
 from renderer.transport.contour import HORIZON, polygon_factors
 from renderer.transport.direct import direct_at
 from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
+from renderer.transport.sampling import Nets
 from renderer.transport.transport import Transport
 from renderer.transport.visibility import STAND_OFF
 
@@ -20,6 +21,8 @@ NEAR_LAMP = 0.5
 DEEPEST = 24
 READING_RAYS = 4096
 """Shadow rays from the meter itself to each luminaire."""
+SIGHT_RAYS = 16
+"""Rays from the meter to each element."""
 ELEMENT_RAYS = 16
 """Shadow rays from each element; their errors average out over thousands of elements."""
 
@@ -111,10 +114,7 @@ def indirect_sensor(transport: Transport, spot: Spot, seed: int) -> Sensor:
     """What the surfaces send to a meter: one row whose value is indirect irradiance."""
     patch, corners, factor, whole = _elements(transport, spot)
     if transport.visibility is not None:
-        square = np.random.default_rng((transport.seed, 6, seed)).random((len(patch), 2))
-        targets = _within(transport.mesh, patch, corners, square)
-        lifted = transport.visibility.off(targets, transport.mesh.normal[patch])
-        factor = factor * transport.visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
+        factor = factor * _seen_share(transport, spot, patch, corners, seed)
         seen = factor > 0
         patch, corners, factor, whole = (x[seen] for x in (patch, corners, factor, whole))
     triangular = transport.mesh.triangular[patch]
@@ -124,6 +124,16 @@ def indirect_sensor(transport: Transport, spot: Spot, seed: int) -> Sensor:
     divided = np.flatnonzero(~whole)
     light[divided] = direct_on(transport, patch[divided], *middle[divided].T, seed, ELEMENT_RAYS)
     return sense(transport, 1, np.zeros(len(patch), dtype=int), patch, *middle.T, factor, light)
+
+
+def _seen_share(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray,
+                seed: int) -> np.ndarray:
+    """Share of each element that a meter sees past what stands between (k,)."""
+    square = Nets(SIGHT_RAYS, 2, (transport.seed, 6, seed)).draw(len(patch))
+    targets = _within(transport.mesh, patch, corners, square)
+    lifted = transport.visibility.off(targets, transport.mesh.normal[patch][:, None]).reshape(-1, 3)
+    clear = transport.visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
+    return clear.reshape(len(patch), SIGHT_RAYS).mean(axis=1)
 
 
 def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.ndarray, where: str):
@@ -200,11 +210,10 @@ def _quarters(corners: np.ndarray, triangular: np.ndarray) -> np.ndarray:
 
 
 def _within(mesh, patch: np.ndarray, corners: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """A point of each element (k, 3) from points of the unit square (k, 2)."""
-    p, q = square.T[..., None]
-    triangular = mesh.triangular[patch][:, None]
-    fold = triangular & (p + q > 1)
+    """Points of each element (k, n, 3) from points of the unit square (k, n, 2)."""
+    p, q = square[..., :1], square[..., 1:]
+    fold = mesh.triangular[patch][:, None, None] & (p + q > 1)
     p, q = np.where(fold, 1 - p, p), np.where(fold, 1 - q, q)
-    a, b, d = corners[:, 0], corners[:, 1], corners[:, 3]
+    a, b, d = corners[:, None, 0], corners[:, None, 1], corners[:, None, 3]
     st = a + p * (b - a) + q * (d - a)
-    return mesh.at(patch, st[:, 0], st[:, 1])
+    return mesh.at(patch[:, None], st[..., 0], st[..., 1])

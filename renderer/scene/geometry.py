@@ -78,17 +78,21 @@ def load_mesh(path: Path, where: str) -> trimesh.Trimesh:
         raise InputError(f"{where}: there is no file {str(path)!r}; paths are relative to the "
                          "scene file. Mend the path.")
     try:
-        solid = trimesh.load(path, force="mesh", process=True)
+        solid = trimesh.load(path, force="mesh", process=False)
     except Exception as error:  # noqa: BLE001  a foreign file may fail in any way in its reader
         raise InputError(f"{where}: {path.name} cannot be read as a mesh "
                          f"({' '.join(str(error).split())}); give OBJ, PLY, STL or GLB.") from None
+    if not np.isfinite(solid.vertices).all():
+        raise InputError(f"{where}: {path.name} has a vertex that is not a finite number; "
+                         "mend the export.")
+    solid.merge_vertices(merge_tex=True, merge_norm=True)
     solid.update_faces(solid.nondegenerate_faces())
     if len(solid.faces) == 0:
         raise InputError(f"{where}: {path.name} holds no faces with area; export the mesh with "
                          "its triangles.")
-    if not np.isfinite(solid.vertices).all():
-        raise InputError(f"{where}: {path.name} has a vertex that is not a finite number; "
-                         "mend the export.")
+    if not solid.is_watertight:
+        raise InputError(f"{where}: {path.name} is not closed, so it has no inside; close its holes and "
+                         "give sheets a thickness.")
     trimesh.repair.fix_normals(solid)
     return solid
 

@@ -7,9 +7,12 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from renderer.colour.bands import BAND_SETS
 from renderer.colour.upsampling import UPSAMPLING
 
-Number = Annotated[float, Field(strict=False)]
-Positive = Annotated[float, Field(gt=0)]
-Reflectance = Annotated[float, Field(ge=0, le=1)]
+FARTHEST = 1e9
+"""Largest coordinate or length [m]; the smallest length is its inverse."""
+Number = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
+Positive = Annotated[float, Field(strict=True, ge=1 / FARTHEST, le=FARTHEST)]
+Amount = Annotated[float, Field(strict=True, ge=0, le=1e30)]
+Reflectance = Annotated[float, Field(strict=True, ge=0, le=1)]
 Vector = tuple[Number, Number, Number]
 
 
@@ -25,6 +28,11 @@ def one_of(table: BaseModel, *keys: str) -> None:
     if len(given) != 1:
         raise ValueError(f"exactly one of {', '.join(keys)} must be given, "
                          f"not {' and '.join(given) or 'none'}")
+
+
+def has_length(direction: Vector) -> bool:
+    """Whether a vector is long enough to give a direction."""
+    return max(abs(x) for x in direction) >= 1 / FARTHEST
 
 
 class RoomTable(Table):
@@ -72,12 +80,12 @@ class LuminaireTable(Table):
     up: Vector | None = None
     size: tuple[Positive, Positive] | None = None
     diameter: Positive | None = None
-    distribution: Literal["isotropic", "lambertian"] = "isotropic"
-    flux: Annotated[float, Field(ge=0)] | None = None
-    luminance: Annotated[float, Field(ge=0)] | None = None
-    intensity: Annotated[float, Field(ge=0)] | None = None
+    distribution: Literal["isotropic", "lambertian"] | None = None
+    flux: Amount | None = None
+    luminance: Amount | None = None
+    intensity: Amount | None = None
     spectrum: str | None = None
-    cct: Annotated[float, Field(ge=1000, le=25000)] | None = None
+    cct: Annotated[float, Field(strict=True, ge=1000, le=25000)] | None = None
 
     @model_validator(mode="after")
     def _shape(self):
@@ -85,19 +93,24 @@ class LuminaireTable(Table):
             one_of(self, "flux", "intensity")
             unused = ("size", "diameter", "luminance", "up")
             needs_normal = self.distribution == "lambertian"
+            if self.normal is not None and not needs_normal:
+                raise ValueError('normal is given; an isotropic point has none. Remove it, or add '
+                                 'distribution = "lambertian"')
         else:
             one_of(self, "flux", "luminance")
             needs_normal = True
-            unused = ("intensity", "diameter" if self.shape == "rectangle" else "size")
+            unused = ("intensity", "distribution", "diameter" if self.shape == "rectangle" else "size")
             needed = "size" if self.shape == "rectangle" else "diameter"
             if getattr(self, needed) is None:
                 raise ValueError(f"{needed} is missing; a {self.shape} needs it, in metres")
         for key in unused:
             if getattr(self, key) is not None:
                 raise ValueError(f"{key} is given; a {self.shape} has none. Remove it")
-        if needs_normal and (self.normal is None or not any(self.normal)):
+        if needs_normal and (self.normal is None or not has_length(self.normal)):
             raise ValueError("normal is missing or of no length; give the direction the light "
                              "leaves in, for example [0, 0, -1]")
+        if self.up is not None and not has_length(self.up):
+            raise ValueError("up has no length; give any direction across the normal")
         if self.spectrum is not None and self.cct is not None:
             raise ValueError("exactly one of spectrum, cct must be given, not spectrum and cct")
         return self
@@ -137,7 +150,7 @@ class PhotometerTable(Table):
     @field_validator("normal")
     @classmethod
     def _has_length(cls, normal):
-        if not any(normal):
+        if not has_length(normal):
             raise ValueError("has no length; give a direction, for example [0, 0, 1]")
         return normal
 
@@ -147,13 +160,13 @@ class CameraTable(Table):
 
     position: Vector
     look_at: Vector
-    fov: Annotated[float, Field(ge=1, le=170)] = 75.0
+    fov: Annotated[float, Field(strict=True, ge=1, le=170)] = 75.0
     resolution: tuple[Annotated[int, Field(ge=8, le=8192)], Annotated[int, Field(ge=8, le=8192)]] = (
         640, 480)
 
     @model_validator(mode="after")
     def _looks_somewhere(self):
-        if self.position == self.look_at:
+        if not has_length(tuple(a - b for a, b in zip(self.look_at, self.position, strict=True))):
             raise ValueError("look_at is the camera's own position; move it to what is looked at")
         return self
 
@@ -161,11 +174,11 @@ class CameraTable(Table):
 class SolverTable(Table):
     """How the scene is solved. What is left out follows from the accuracy."""
 
-    accuracy: Annotated[float, Field(ge=1e-4, le=0.5)] = 0.01
+    accuracy: Annotated[float, Field(strict=True, ge=1e-4, le=0.5)] = 0.01
     bands: Literal[BAND_SETS] = "31"
     upsampling: Literal[tuple(UPSAMPLING)] = "munsell-eigen"
     patch_size: Positive | None = None
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Annotated[int, Field(strict=True, ge=0, le=2**62)] = 0
 
 
 class SceneTable(Table):

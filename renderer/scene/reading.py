@@ -28,6 +28,11 @@ from renderer.scene.model import (
 
 INSIDE = 1e-9
 """A point this far outside, relative to the room's longest side, still counts as inside."""
+REACH = (420, 680)
+"""Wavelengths [nm] a measured reflectance must reach; most files stop at 400 and 700."""
+STAND_OFF = 4e-6
+"""How far rays start off their surface and stop short of their target, relative to the room's
+longest side: some 60 times what rays resolve there, and 20 µm in a room of 5 m."""
 NOISE = 0.005
 """Measured reflectances may pass 0 or 1 by this much; they are set to 0 or 1."""
 LATER = {"outline": "room.size", "height": "room.size", "photometer_grids": "photometers",
@@ -113,7 +118,7 @@ def load(path: str | Path) -> Scene:
     """Read and check a scene file, or a packaged scene by its bare name. Raises InputError."""
     path = Path(path)
     packaged = packaged_scenes() / f"{path.name.removesuffix('.toml')}.toml"
-    if not path.exists() and path.parent == Path(".") and packaged.is_file():
+    if not path.is_file() and path.parent == Path(".") and packaged.is_file():
         path = packaged
     return _resolve(_validated(_parsed(path), path), path)
 
@@ -152,10 +157,11 @@ def _explain(fault: dict, table: dict) -> str:
         if word in LATER:
             return f"{key} is not read by this version; use {LATER[word]} meanwhile."
         known = _known_keys(where[:-1])
-        near = difflib.get_close_matches(word, known, n=1, cutoff=0.0)[0]
-        return f"{key} is not a known key; did you mean {near!r}? Known: {', '.join(known)}."
+        near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        return f"{key} is not a known key; {hint}Known: {', '.join(known)}."
     if fault["type"] == "missing":
-        return f"{key} is missing; it must be given."
+        return f"{key} is missing; it must be given. See docs/tutorial.md for a whole scene."
     said = fault["msg"].removeprefix("Value error, ")
     if fault["type"] == "value_error" and where[-1:] != ["normal"]:
         return f"{key or 'the scene'}: {said}."
@@ -213,10 +219,17 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
         mesh = object_mesh(entry.shape, entry.size, entry.position, entry.rotation, file,
                            entry.scale or 1.0, f"{where}.mesh")
         low, high = mesh.bounds
+        thin = 2 * STAND_OFF * float(size.max())
+        if (high - low).min() < thin and entry.mesh is None:
+            raise InputError(f"{where} {entry.name!r} is {(high - low).min():.3g} m thin; in a room of "
+                             f"{size.max():g} m rays resolve {thin:.2g} m. Make it thicker.")
         if (high <= 0).any() or (low >= size).any():
             raise InputError(f"{where} {entry.name!r} lies wholly outside the room, from "
                              f"{_point(low)} to {_point(high)}; the room reaches from [0, 0, 0] "
                              f"to {_point(size)}. Move it.")
+        if (low <= 0).all() and (high >= size).all():
+            raise InputError(f"{where} {entry.name!r} fills the whole room, from {_point(low)} to "
+                             f"{_point(high)}. Make it smaller.")
         solids.append(Solid(entry.name, mesh))
         of_solids.append(used(entry.material, f"objects[{index}].material"))
     luminaires, lamps = [], []
@@ -250,6 +263,10 @@ def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> M
     if table.spectrum is not None:
         key = f"{where}.spectrum"
         spectrum = read_spectrum(path.parent / table.spectrum, key)
+        if spectrum.nm[0] > REACH[0] or spectrum.nm[-1] < REACH[1]:
+            raise InputError(f"{key}: {table.spectrum} covers {spectrum.nm[0]:g} to {spectrum.nm[-1]:g} "
+                             f"nm; a reflectance must reach from {REACH[0]} to {REACH[1]} nm, past which "
+                             "its end values are kept. Measure or extend it.")
         worst = spectrum.values[np.abs(spectrum.values - 0.5).argmax()]
         if not -NOISE <= worst <= 1 + NOISE:
             raise InputError(f"{key}: {table.spectrum} holds the reflectance {worst:g}; must be "
@@ -262,7 +279,7 @@ def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> M
 def _lamp(table, path: Path, where: str) -> Spectrum:
     if table.cct is not None:
         return correlated(table.cct)
-    name = table.spectrum or "D65"
+    name = "D65" if table.spectrum is None else table.spectrum
     if Path(name).suffix.lower() not in (".csv", ".spdx"):
         return illuminant(name, f"{where}.spectrum")
     spectrum = read_spectrum(path.parent / name, f"{where}.spectrum")

@@ -58,8 +58,14 @@ def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None,
 
 def _stems(scenes: list[Scene]) -> list[str]:
     """A name for each room's files; equal file names in different folders are numbered."""
-    stems = [scene.path.stem for scene in scenes]
-    return [f"{stem}_{k + 1}" if stems.count(stem) > 1 else stem for k, stem in enumerate(stems)]
+    stems: list[str] = []
+    for scene in scenes:
+        stem, k = scene.path.stem, 1
+        while stem in stems:
+            k += 1
+            stem = f"{scene.path.stem}-{k}"
+        stems.append(stem)
+    return stems
 
 
 def table(cases: list[Case]) -> list[dict]:

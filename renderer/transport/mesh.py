@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import trimesh
 
+from renderer.errors import InputError
 from renderer.scene.geometry import Rectangle, flat_parts
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
@@ -162,6 +163,9 @@ def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
     shift = np.zeros(3)
     for face in scene.room.values():
         gap = ((luminaire.outline - face.corner) @ face.normal).min()
+        if gap < SHEET_OFF * float(scene.size.max()) and luminaire.normal @ face.normal < -1 + 1e-9:
+            raise InputError(f"{scene.path}: luminaires {luminaire.name!r} faces the surface it lies on, "
+                             "so none of its light enters the room. Turn its normal round.")
         shift += max(0.0, SHEET_OFF * float(scene.size.max()) - gap) * face.normal
     rectangle = luminaire.rectangle
     return replace(luminaire, center=luminaire.center + shift, outline=luminaire.outline + shift,

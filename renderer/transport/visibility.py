@@ -13,11 +13,9 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from renderer.scene.reading import STAND_OFF
 from renderer.transport.mesh import Mesh
 
-STAND_OFF = 4e-6
-"""How far rays start off their surface and stop short of their target, relative to the room's
-longest side: some 60 times what float32 resolves there, and 20 µm in a room of 5 m."""
 CHUNK = 1 << 18
 PROBE_POINTS, PROBE_RAYS = 6, 16
 """Points on a patch, and rays from each, that tell whether it is covered up."""
