@@ -223,7 +223,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     json_
         Print one JSON object instead of a table.
     """
-    from renderer.readings.report import solution_record
+    from renderer.report import solution_record
     from renderer.scene.reading import load
     from renderer.solution import solve
 

@@ -65,7 +65,7 @@ def save_view(solutions: list[tuple[str, Solution]], top: float, path: Path) -> 
                          clim=(0, top), lighting=False, show_scalar_bar=False, culling="back",
                          show_edges=True, edge_color="#202020", edge_opacity=0.25)
         plotter.view_vector((0.35, -0.8, 0.5), viewup=(0, 0, 1))
-        plotter.camera.zoom(1.2)
+        plotter.camera.zoom(1.02)
         shots.append(plotter.screenshot(return_img=True))
         plotter.close()
     figure = Figure(figsize=(4.6 * len(shots) + 0.9, 4.4), dpi=110)

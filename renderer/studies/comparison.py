@@ -18,7 +18,7 @@ from renderer.pictures.image import exposure, outlined, save_png, tone_map, whit
 from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
 from renderer.pictures.sheet import Column, save_sheet
 from renderer.pictures.three_d import save_view, save_vtp
-from renderer.readings.report import solution_record
+from renderer.report import solution_record
 from renderer.scene.reading import Scene
 from renderer.solution import Progress, Reading, Rooms, Solution, solve
 
@@ -118,7 +118,7 @@ def save_pictures(cases: list[Case], out: Path, progress: Progress) -> list[Path
                   for case, view, column, t in zip(shown, of, columns, total, strict=True)]
         files = [save_sheet(columns, top, out / "comparison.png")]
         spectral = [c for c in shown if c.solution.bands.edges is not None]
-        files.append(save_view([(c.solution.scene.title, c.solution) for c in spectral], top,
+        files.append(save_view([(f"{c.solution.scene.title}, 31 bands", c.solution) for c in spectral], top,
                                out / "comparison_3d.png"))
         return files + [file for saved in saving for file in saved.result()]
 
