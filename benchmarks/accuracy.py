@@ -60,7 +60,7 @@ def read(scene, size: float, rays: int = 0, collocation: bool = False, seed: int
             light = np.linalg.solve(np.eye(len(factors)) - reflectance * factors, reflectance * direct)
         else:
             light = radiosity(transport.exchange, reflectance, direct)
-        vertex = rho * (transport.to_vertices @ light)
+        vertex = rho * (transport.to_vertices[0] @ light)
         surfaces = np.full((transport.n_surfaces, 1), rho)
         surfaces[-1] = 0.0
         for column, (straight, sensor) in enumerate(sensors):

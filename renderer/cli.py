@@ -108,7 +108,7 @@ def _show(title: str, columns: list[str], rows: list[list[str]]) -> None:
     console.print(table)
 
 
-def _warn(solution, readings, asked: float) -> None:
+def _warn(solution, readings: list, asked: float) -> None:
     """Say on stderr what a run did not reach."""
     for r in readings:
         if r.total_lx > 0 and r.uncertainty > asked * r.total_lx:
@@ -119,6 +119,22 @@ def _warn(solution, readings, asked: float) -> None:
         surface = solution.scene.surfaces[mesh.surface[exchange.worst_patch]]
         _say(f"warning: {solution.scene.title}: {exchange.closure_error:.1%} of the light from a patch of "
              f"{surface!r} meets no surface's front; is something there open or overlapping?")
+
+
+def _laws(solutions: list) -> None:
+    """Say on stdout how far the laws hold, once for each geometry."""
+    said = []
+    for solution in solutions:
+        transport = solution.transport
+        if any(transport is other for other in said):
+            continue
+        said.append(transport)
+        shared = [s for s in solutions if s.transport is transport]
+        names = ", ".join(dict.fromkeys(s.scene.title for s in shared))
+        balance = max(s.energy_balance_error for s in shared)
+        print(f"{names}: {len(transport.mesh.patches)} patches, {transport.rays} rays; errors of closure "
+              f"{transport.exchange.closure_error:.1e}, reciprocity "
+              f"{transport.exchange.reciprocity_error:.1e}, energy balance {balance:.1e}")
 
 
 def _list_files(files: list[Path], out: Path) -> None:
@@ -156,6 +172,7 @@ def compare(*scenes: str, solving: Solving | None = None, output: Output | None 
                          f"± {r.uncertainty:.2f}", "–" if ratio is None else f"{ratio:.3f}"])
     _show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total",
                                "95 %", "ratio to first room"], rows)
+    _laws([case.solution for case in cases])
     _list_files(files, out)
 
 
@@ -202,6 +219,7 @@ def _one_room(scene: str, solving: Solving | None, output: Output | None, save) 
     with _progress(output.quiet) as progress:
         solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)
         files = save(solution, out, progress)
+    _laws([solution])
     _list_files(files, out)
 
 
@@ -263,6 +281,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     _show(f"{record['scene']}, {record['bands']} bands, {record['patches']} patches: illuminance",
           ["photometer", "direct lx", "indirect lx", "total lx", "95 % lx", "x, y", "CCT K", "Duv",
            "melanopic EDI lx"], rows)
+    _laws([solution])
 
 
 def _vector(option: str, text: str) -> tuple[float, float, float]:

@@ -11,7 +11,6 @@ from renderer.colour.bands import BandSet, band_set
 from renderer.plan import Plan, make_plan
 from renderer.readings.photometer import direct_reading, indirect_sensor, luminance_sensor, place
 from renderer.scene.reading import Scene
-from renderer.transport.form_factors import Exchange
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import Transport, compute_transport
 
@@ -71,7 +70,7 @@ class Rooms:
         """The transport of that scene's geometry, computed once."""
         key = (scene.geometry_key, plan.patch_size, plan.rays, seed)
         if key not in self.kept:
-            progress(f"{scene.title}: form factors")
+            progress(f"{scene.title}: form factors; {'; '.join(plan.reasons)}")
             self.kept[key] = compute_transport(scene, plan.patch_size, plan.rays, seed)
         return self.kept[key]
 
@@ -82,6 +81,7 @@ class Solution:
 
     reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
     radiosity : (n_patches, n_bands) [W m⁻² per band; weighted integrals in RGB]
+    replica : which part of the rays this is solved with; None for all of them
     bands_solved : how many distinct systems of equations that took
     energy_balance_error : largest |absorbed − emitted| / emitted over the bands
     """
@@ -94,6 +94,7 @@ class Solution:
     reflectance: np.ndarray
     flux: np.ndarray
     radiosity: np.ndarray
+    replica: int | None
     bands_solved: int
     energy_balance_error: float
     seconds: float
@@ -111,7 +112,8 @@ class Solution:
     @cached_property
     def vertex_radiosity(self) -> np.ndarray:
         """Indirect light that each vertex reflects (n_vertices, n_bands)."""
-        received = self.transport.to_vertices @ self.radiosity
+        every, parts = self.transport.to_vertices
+        received = (every if self.replica is None else parts[self.replica]) @ self.radiosity
         return self.reflectance[self.transport.mesh.vertex_surface] * received
 
     def photometer(self, position, normal, name: str = "photometer") -> Reading:
@@ -176,8 +178,8 @@ class Solution:
         plan = self.plan.coarser()
         coarse = _solve_on(self.scene, bands, plan, self.rooms,
                            self.rooms.transport(self.scene, plan, self.transport.seed + 1))
-        replicas = [_solve_on(self.scene, bands, self.plan, self.rooms, self.transport, exchange)
-                    for exchange in self.transport.exchange.replicas]
+        replicas = [_solve_on(self.scene, bands, self.plan, self.rooms, self.transport, k)
+                    for k in range(len(self.transport.exchange.replicas))]
         return fine, coarse, replicas
 
 
@@ -201,16 +203,17 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
 
 
 def _solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport,
-              exchange: Exchange | None = None) -> Solution:
+              replica: int | None = None) -> Solution:
     started = time.perf_counter()
-    exchange = exchange or transport.exchange
+    exchange = transport.exchange if replica is None else transport.exchange.replicas[replica]
     reflectance, flux = scene.reflectance(bands), scene.flux(bands)
     first, index, scale = distinct_bands(reflectance, flux)
     on_patches = reflectance[transport.mesh.surface]
     solved = radiosity(exchange, on_patches[:, first], transport.direct @ flux[:, first])
     patches = solved[:, index] * scale
     balance = _energy_balance(exchange, on_patches, transport.direct @ flux, patches, flux)
-    return Solution(scene, bands, plan, rooms, transport, reflectance, flux, patches, len(first),
+    return Solution(scene, bands, plan, rooms, transport, reflectance, flux, patches, replica,
+                    len(first),
                     balance, time.perf_counter() - started)
 
 
@@ -228,7 +231,7 @@ def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
     return first, index, np.where(base > 0, total / np.where(base > 0, base, 1.0), 0.0)
 
 
-def _energy_balance(exchange: Exchange, reflectance, direct, radiosity_, flux) -> float:
+def _energy_balance(exchange, reflectance, direct, radiosity_, flux) -> float:
     received = direct + exchange.irradiance(radiosity_)
     absorbed = exchange.areas @ ((1 - reflectance) * received)
     emitted = flux.sum(axis=0)

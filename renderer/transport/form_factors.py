@@ -190,17 +190,19 @@ def _balance(matrix, areas: np.ndarray):
 
 
 def gather_by_rays(points: np.ndarray, normals: np.ndarray, visibility: Visibility, rays: int,
-                   seed: tuple[int, ...]) -> sparse.csr_array:
-    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches).
+                   seed: tuple[int, ...]) -> tuple[sparse.csr_array, tuple[sparse.csr_array, ...]]:
+    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), and
+    the same from each of REPLICAS independent parts of the rays.
 
     points : (k, 3) [m], already off their surface. A point inside a solid sees nothing.
     """
-    n = len(visibility.mesh.patches)
-    nets = Nets(rays, 2, seed)
+    n, part = len(visibility.mesh.patches), rays // REPLICAS
+    nets = [Nets(part, 2, (*seed, k)) for k in range(REPLICAS)]
     axes = frames(normals)
     hits = np.empty((len(points), rays), dtype=np.int32)
     step = max(1, CHUNK // rays)
-    draws = {s: nets.draw(min(len(points), s + step) - s) for s in range(0, len(points), step)}
+    draws = {s: np.concatenate([net.draw(min(len(points), s + step) - s) for net in nets], axis=1)
+             for s in range(0, len(points), step)}
 
     def work(start: int, stop: int) -> None:
         directions = cosine_directions(draws.pop(start), axes[start:stop]).reshape(-1, 3)
@@ -208,6 +210,10 @@ def gather_by_rays(points: np.ndarray, normals: np.ndarray, visibility: Visibili
         hits[start:stop] = visibility.first_hit(origins, directions).reshape(-1, rays)
 
     in_threads(work, len(points), step)
-    row, ray = np.nonzero(hits >= 0)
-    weights = np.full(len(row), 1 / rays)
-    return sparse.coo_array((weights, (row, hits[row, ray])), shape=(len(points), n)).tocsr()
+
+    def counted(found: np.ndarray) -> sparse.csr_array:
+        row, ray = np.nonzero(found >= 0)
+        weights = np.full(len(row), 1 / found.shape[1])
+        return sparse.coo_array((weights, (row, found[row, ray])), shape=(len(points), n)).tocsr()
+
+    return counted(hits), tuple(counted(hits[:, k * part:(k + 1) * part]) for k in range(REPLICAS))

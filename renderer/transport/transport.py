@@ -62,13 +62,14 @@ class Transport:
         return self.visibility or Visibility(self.mesh)
 
     @cached_property
-    def to_vertices(self):
-        """What each vertex receives per unit radiosity of each patch (n_vertices, n_patches)."""
+    def to_vertices(self) -> tuple:
+        """What each vertex receives per unit radiosity of each patch (n_vertices, n_patches), and the
+        same from each independent part of the rays."""
         mesh = self.mesh
         points, normals = self._vertex_points()
         if self.visibility is None:
             lifted = points + HORIZON / 2 * mesh.scale * normals
-            return point_factors(lifted, normals, mesh)
+            return point_factors(lifted, normals, mesh), ()
         lifted = self.visibility.off(points, normals)
         return gather_by_rays(lifted, normals, self.visibility, self.rays_per_patch, (self.seed, 3))
 
