@@ -37,6 +37,14 @@ def _accuracy(_type, tokens) -> float:
     return value
 
 
+def _whole(_type, tokens) -> int:
+    """A whole number from 0."""
+    text = tokens[0].value.strip()
+    if not text.isdecimal():
+        raise InputError(f"--seed is {text!r}; must be a whole number, 0 or more.")
+    return int(text)
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Output:
@@ -57,7 +65,7 @@ class Solving:
     "rgb or 31; else as the scene says."
     accuracy: Annotated[float | None, Parameter(converter=_accuracy)] = None
     "Of readings, as 1% or 0.01; else as the scene says."
-    seed: int | None = None
+    seed: Annotated[int | None, Parameter(converter=_whole)] = None
     "Of everything random; else as the scene says."
     no_cache: Annotated[bool, Parameter(negative="")] = False
     "Use nothing kept between runs (nothing is kept yet)."
@@ -68,8 +76,6 @@ class Solving:
 
         if self.bands is not None and self.bands not in BAND_SETS:
             raise InputError(f"--bands is {self.bands!r}; must be one of {', '.join(BAND_SETS)}.")
-        if self.seed is not None and self.seed < 0:
-            raise InputError(f"--seed is {self.seed}; must be 0 or more.")
         return self
 
 

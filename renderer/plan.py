@@ -30,9 +30,9 @@ class Plan:
     rays: int
     reasons: tuple[str, ...]
 
-    def coarser(self) -> "Plan":
-        """The same with patches twice as long: how far the answer then moves is the mesh error."""
-        return replace(self, patch_size=2 * self.patch_size)
+    def times(self, factor: float) -> "Plan":
+        """The same with patches so many times as long: how far the answer moves tells the mesh error."""
+        return replace(self, patch_size=factor * self.patch_size)
 
 
 def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
@@ -41,7 +41,7 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
     area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
     area += sum(solid.mesh.area for solid in scene.solids)
     wanted = PATCHES_AT_1_PERCENT * 0.01 / accuracy
-    h = patch_size or float(np.sqrt(area / np.clip(wanted, 96, 10_000)))
+    h = min(patch_size or float(np.sqrt(area / np.clip(wanted, 96, 10_000))), float(size.max()))
     count = sum(float(np.ceil(a / h) * np.ceil(b / h)) for a, b in
                 [(size[0], size[1]), (size[1], size[2]), (size[2], size[0])]) * 2
     count += sum(max(len(s.mesh.faces) / 2, s.mesh.area / h**2) for s in scene.solids)

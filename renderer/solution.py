@@ -156,7 +156,8 @@ class Solution:
     def _half_width(self, position, normal, where) -> float:
         """95 % half-width of a reading [lx].
 
-        Mesh: three times how far the reading moves when patches are twice as long, the grid
+        Mesh: three times how far the reading moves when patches are twice as long (half, where they
+        cannot be longer), the grid
         convergence index for two meshes and an order of at least 1 (P. J. Roache, J. Fluids Eng.
         116(3), 1994, doi:10.1115/1.2910291). Sampling: the spread of independent quarters of
         the rays, each with a meter of its own; not divided by their number, since the meter's part
@@ -171,13 +172,16 @@ class Solution:
 
     @cached_property
     def _family(self) -> tuple["Solution", "Solution", list["Solution"]]:
-        """This scene in RGB: as it is, on a coarser mesh, and with each replica of the rays."""
+        """This scene in RGB: as it is, on a coarser mesh (or a finer), and with each replica of the rays."""
         bands = band_set("rgb")
         fine = self if self.bands.name == "rgb" else _solve_on(
             self.scene, bands, self.plan, self.rooms, self.transport)
-        plan = self.plan.coarser()
-        coarse = _solve_on(self.scene, bands, plan, self.rooms,
-                           self.rooms.transport(self.scene, plan, self.transport.seed + 1))
+        plan = self.plan.times(2)
+        other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
+        if len(other.mesh.patches) > 0.7 * len(self.transport.mesh.patches):
+            plan = self.plan.times(0.5)  # what has one patch a wall cannot be coarser, only finer
+            other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
+        coarse = _solve_on(self.scene, bands, plan, self.rooms, other)
         replicas = [_solve_on(self.scene, bands, self.plan, self.rooms, self.transport, k)
                     for k in range(len(self.transport.exchange.replicas))]
         return fine, coarse, replicas

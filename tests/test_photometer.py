@@ -6,6 +6,7 @@ from conftest import PANEL
 from exact import ORACLES, point_to_parallel
 
 import renderer
+from renderer.readings.photometer import _elements, place
 from renderer.solution import Rooms
 
 CIE = ORACLES["cie171"]
@@ -143,3 +144,25 @@ def test_luminance_toward_a_direction(room):
         assert seen == pytest.approx(floor, rel=5e-3)
     with pytest.raises(renderer.InputError, match="outside the room"):
         solution.luminance([2, 2, 4], [0, 0, -1])
+
+
+@pytest.mark.parametrize("lamp", [
+    {"center": [0.5, 2, 3]},  # its edge touches a wall
+    {"center": [2, 2, 3], "size": [4, 4]},  # the whole ceiling
+    {"center": [2, 2, 3], "size": [0.1, 4]},  # a strip from wall to wall
+    {"center": [0.51, 2, 2.5]},  # a pendant 1 cm from a wall
+])
+def test_a_lamp_beside_a_wall_is_read_in_bounded_work(room, lamp):
+    transport = renderer.solve(room(0.5, luminaires=[{**PANEL, **lamp}]), accuracy=0.05).transport
+    spot = place(transport, np.array([1.9, 2.0, 0.0]), np.array([0.0, 0, 1]), "here")
+    patch, _, factor, _ = _elements(transport, spot)
+    # Along an edge of L = 4 m at a hundredth of the face's size some 4 / 0.006 elements a side.
+    assert len(patch) < 100_000
+    assert 0.5 < factor.sum() <= 1 + 1e-9
+
+
+def test_one_patch_a_wall_still_has_an_error_bar(room):
+    scenes = [room(0.5, solver={"patch_size": size}) for size in (100.0, 0.25)]
+    huge, fine = (renderer.solve(s, bands="rgb").photometer([2, 2, 0], UP) for s in scenes)
+    # The finer one's own error is a tenth of this (docs/verification.md).
+    assert abs(huge.total_lx - fine.total_lx) <= huge.uncertainty

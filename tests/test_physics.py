@@ -269,3 +269,13 @@ def test_a_distant_box_changes_nothing_in_a_long_room(room):
     # A meter is lifted by 2e-9 of 500 m, 2e-6 of its distance to the lamp: twice that in light.
     assert readings[0].direct_lx == pytest.approx(1000 / (4 * np.pi) / 0.25, rel=5e-6)
     assert readings[1].direct_lx == pytest.approx(readings[0].direct_lx, rel=1e-9)
+
+
+@pytest.mark.parametrize("turn", [15.0, 37.0])
+def test_a_turned_column_from_floor_to_ceiling(room, turn):
+    column = {"shape": "box", "position": [2, 1, 0], "size": [1, 1, 3], "rotation": turn}
+    lamp = {"shape": "point", "center": [0.6, 3.2, 1.7], "flux": 1000.0}
+    scene = room(0.5, objects=[column], luminaires=[lamp])
+    areas = renderer.solve(scene, bands="rgb").transport.exchange.areas.sum()
+    # As for the crate: 4 m of edges on the floor and on the ceiling cross some 90 patches.
+    assert areas == pytest.approx(80 - 2 + 12, abs=0.06 * 90 / 32)

@@ -43,6 +43,9 @@ def read_spectrum(path: Path, where: str) -> Spectrum:
         row = int(np.flatnonzero(np.diff(nm) <= 0)[0]) + 2
         raise InputError(f"{where}: {path.name}: the wavelength of sample {row} ({nm[row - 1]:g} "
                          "nm) does not exceed the one before; sort the samples by wavelength.")
+    if nm[0] < 10 or nm[-1] > 1e5 or np.abs(values).max() > 1e30:
+        raise InputError(f"{where}: {path.name} holds wavelengths from {nm[0]:g} to {nm[-1]:g} and values "
+                         f"to {np.abs(values).max():g}; give nanometres, 10 to 100000, and values to 1e30.")
     if nm[0] > 700 or nm[-1] < 400:
         raise InputError(f"{where}: {path.name} covers {nm[0]:g} to {nm[-1]:g} nm; it must meet "
                          "400 to 700 nm. Wavelengths are in nanometres.")

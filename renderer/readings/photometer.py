@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.errors import InputError
+from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import INSIDE
 from renderer.transport.contour import HORIZON, polygon_factors
 from renderer.transport.direct import direct_at
@@ -185,16 +186,26 @@ def _near_a_lamp(transport: Transport, patch: np.ndarray, world: np.ndarray) -> 
     slack = 1e-9 * transport.mesh.scale
     for lum in transport.luminaires:
         away = middle - lum.center
-        distance = np.linalg.norm(away, axis=1)
-        lit = np.einsum("ki,ki->k", away, normal) < -slack
-        if lum.outline is not None:
-            along = away @ lum.normal
-            radius = np.linalg.norm(lum.outline - lum.center, axis=1).max()
-            beside = np.sqrt(np.maximum(distance**2 - along**2, 0.0))
-            distance = np.hypot(along, np.maximum(beside - radius, 0.0))
-            lit = ((world - lum.center) @ lum.normal > slack).any(axis=1)
-        near |= lit & (size > NEAR_LAMP * distance)
+        if lum.outline is None:
+            lit = np.einsum("ki,ki->k", away, normal) < -slack
+            near |= lit & (size > NEAR_LAMP * np.linalg.norm(away, axis=1))
+            continue
+        lit = ((world - lum.center) @ lum.normal > slack).any(axis=1)
+        # Where a face touches a wall its light is bounded: no finer than a hundredth of the face.
+        near |= lit & (size > np.maximum(NEAR_LAMP * _distance(lum, away), 0.01 * np.sqrt(lum.area)))
     return near
+
+
+def _distance(lum: Luminaire, away: np.ndarray) -> np.ndarray:
+    """Distance [m] from a flat luminaire's face to points at `away` (k, 3) from its centre."""
+    along = away @ lum.normal
+    if lum.rectangle is None:
+        radius = np.linalg.norm(lum.outline[0] - lum.center)
+        beside = np.linalg.norm(away - along[:, None] * lum.normal, axis=1) - radius
+        return np.hypot(along, np.maximum(beside, 0.0))
+    over = [np.maximum(np.abs(away @ edge) / np.linalg.norm(edge) - np.linalg.norm(edge) / 2, 0.0)
+            for edge in (lum.rectangle.u, lum.rectangle.v)]
+    return np.sqrt(along**2 + over[0] ** 2 + over[1] ** 2)
 
 
 def _quarters(corners: np.ndarray, triangular: np.ndarray) -> np.ndarray:

@@ -117,12 +117,12 @@ def _cast(mesh: Mesh, visibility: Visibility, rays: int, seed) -> tuple[np.ndarr
         found = visibility.first_hit(origins.reshape(-1, 3), directions.reshape(-1, 3))
         found = found.reshape(-1, rays)
         # A ray is lost where the surface is covered (a crate's foot) or where light escapes.
-        # Straight out from a covered point there is no front of a surface either.
         partly = np.flatnonzero((found < 0).any(axis=1))
-        normals = np.repeat(mesh.normal[start + partly], rays, axis=0)
-        up = visibility.first_hit(origins[partly].reshape(-1, 3), normals).reshape(-1, rays)
-        buried[start + partly] = up < 0
-        found[partly] = np.where(up < 0, INSIDE, found[partly])
+        inside = visibility.inside_solid(origins[partly].reshape(-1, 3),
+                                         np.repeat(mesh.normal[start + partly], rays, axis=0))
+        inside = inside.reshape(-1, rays)
+        buried[start + partly] = inside
+        found[partly] = np.where(inside, INSIDE, found[partly])
         hits[start:stop] = found
 
     in_threads(work, n, step)
@@ -135,7 +135,7 @@ def _count(mesh: Mesh, hits: np.ndarray, buried: np.ndarray, replicas: tuple) ->
     kept = hits >= 0
     exposed = 1 - buried.mean(axis=1)
     alive = (exposed > BURIED) & kept.any(axis=1)
-    closure = np.where(alive, 1 - kept.mean(axis=1) / np.maximum(exposed, BURIED), 0.0)
+    closure = np.where(alive, exposed - kept.mean(axis=1), 0.0)
     areas = np.where(alive, mesh.area * exposed, 0.0)
     row, ray = np.nonzero(kept & alive[:, None])
     column = hits[row, ray]

@@ -17,8 +17,8 @@ from renderer.scene.reading import STAND_OFF
 from renderer.transport.mesh import Mesh
 
 CHUNK = 1 << 18
-PROBE_POINTS, PROBE_RAYS = 6, 16
-"""Points on a patch, and rays from each, that tell whether it is covered up."""
+PROBE_POINTS, PROBE_RAYS = 5, 9
+"""Points on a patch beside its corners, and rays from each, that tell whether it is covered up."""
 COVERED_BY_COVERED = 4
 """How many crates may stand on each other with all their contacts recognised."""
 
@@ -61,23 +61,38 @@ class Visibility:
             self._build()
 
     def _covered(self) -> np.ndarray:
-        """Exposed patches of which every probed point is inside a solid or outside the room.
-
-        From there most rays meet the back of a surface, or nothing; not all do, since a covered
-        part of the floor and of the wall behind one cupboard may face each other.
-        """
+        """Exposed patches of which every probed point is inside a solid or outside the room."""
         patch = np.flatnonzero(self.exposed)
-        normals = self.mesh.normal[patch]
-        random = np.random.default_rng(0)
-        points = self.mesh.spread(patch, random.random((len(patch), PROBE_POINTS, 2)))
-        ball = random.normal(size=(len(patch), PROBE_POINTS, PROBE_RAYS, 3))
-        directions = ball / np.linalg.norm(ball, axis=-1, keepdims=True)
-        directions += 1.01 * normals[:, None, None]  # into the half space before the patch
-        origins = np.repeat(self.off(points, normals[:, None]).reshape(-1, 3), PROBE_RAYS, axis=0)
-        met = self.first_hit(origins, directions.reshape(-1, 3)).reshape(ball.shape[:3])
+        # The corners, a little inward, and some places between: a convex foot that covers the
+        # corners covers all.
+        middle = self.mesh.centroid[patch][:, None]
+        corners = self.mesh.corners[patch] + 1e-3 * (middle - self.mesh.corners[patch])
+        square = np.random.default_rng(0).random((len(patch), PROBE_POINTS, 2))
+        points = np.concatenate([corners, self.mesh.spread(patch, square)], axis=1)
+        normals = np.repeat(self.mesh.normal[patch], points.shape[1], axis=0)
+        inside = self.inside_solid(self.off(points.reshape(-1, 3), normals), normals)
         covered = np.zeros(len(self.exposed), dtype=bool)
-        covered[patch] = ((met < 0).mean(axis=2) > 0.5).all(axis=1)
+        covered[patch] = inside.reshape(points.shape[:2]).all(axis=1)
         return covered
+
+    def inside_solid(self, origins: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Whether points off their surface are inside a solid or outside the room (k,).
+
+        From there most rays meet the back of a surface, or nothing; not all do, since a covered part
+        of the floor and of the wall behind one cupboard may face each other.
+        """
+        inside = np.empty(len(origins), dtype=bool)
+        step = CHUNK // PROBE_RAYS
+        for start in range(0, len(origins), step):
+            part = slice(start, start + step)
+            # Into the half space before the surface, all angles alike.
+            ball = np.random.default_rng(start).normal(size=(len(origins[part]), PROBE_RAYS, 3))
+            directions = ball / np.linalg.norm(ball, axis=-1, keepdims=True)
+            directions += 1.01 * normals[part, None]
+            met = self.first_hit(np.repeat(origins[part], PROBE_RAYS, axis=0),
+                                 directions.reshape(-1, 3))
+            inside[part] = (met.reshape(-1, PROBE_RAYS) < 0).mean(axis=1) > 0.5
+        return inside
 
     def _build(self) -> None:
         mesh = self.mesh
