@@ -56,6 +56,7 @@ REFUSED = [
     ("normal = [0, 0, -1]", "normal = [0, 0, 0]", ["normal", "direction"]),
     ("up = [1, 0, 0]", "up = [0, 0, 1]", ["up lies along normal"]),
     ('spectrum = "D65"', 'spectrum = "D66"', ["luminaires[0].spectrum", "D66", "Nearest"]),
+    ("size = [5.4, 5.4, 3.0]", 'mesh = "room.obj"', ["room.mesh", "not read by this version"]),
     ('shape = "rectangle"', 'shape = "ies"', ["ies", "not read by this version"]),
     ("position = [2.7, 2.7, 0.0]", "position = [2.7, 2.7, -0.5]", ["photometers[0]", "outside"]),
     ("position = [2.7, 2.7, 0.0]\nnormal = [0, 0, 1]", "position = [2.7, 2.7, 0.0]\nnormal = [0, 0, 0]",

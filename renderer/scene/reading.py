@@ -35,7 +35,8 @@ STAND_OFF = 4e-6
 longest side: some 60 times what rays resolve there, and 20 µm in a room of 5 m."""
 NOISE = 0.005
 """Measured reflectances may pass 0 or 1 by this much; they are set to 0 or 1."""
-LATER = {"outline": "room.size", "height": "room.size", "photometer_grids": "photometers",
+LATER = {"outline": "room.size", "height": "room.size", "mesh": "room.size",
+         "array": "one table each", "photometer_grids": "photometers",
          "ies": "rectangle, disc or point"}
 """Keys of the format that this version does not read yet, and what to use meanwhile."""
 
