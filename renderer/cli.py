@@ -21,7 +21,7 @@ app = App(name="renderer", help="Does it matter that lighting software models co
 
 LEAK = 0.05
 """Closure error past which a run warns."""
-NOT_REACHED = ("warning: {scene}: the reading {name!r} is ± {got:.2%}, not the {asked:.2%} "
+NOT_REACHED = ("warning: {scene}: the reading {name!r} is {total:.4g} ± {got:.2g} lx, not the ± {asked:.2%} "
                "asked; give a smaller --accuracy.")
 
 
@@ -117,9 +117,9 @@ def _show(title: str, columns: list[str], rows: list[list[str]]) -> None:
 def _warn(solution, readings: list, asked: float) -> None:
     """Say on stderr what a run did not reach."""
     for r in readings:
-        if r.total_lx > 0 and r.uncertainty > asked * r.total_lx:
+        if r.uncertainty > asked * r.total_lx:
             _say(NOT_REACHED.format(scene=solution.scene.title, name=r.name, asked=asked,
-                                    got=r.uncertainty / r.total_lx))
+                                    total=r.total_lx, got=r.uncertainty))
     exchange, mesh = solution.transport.exchange, solution.transport.mesh
     if exchange.closure_error > LEAK:
         surface = solution.scene.surfaces[mesh.surface[exchange.worst_patch]]
@@ -225,6 +225,7 @@ def _one_room(scene: str, solving: Solving | None, output: Output | None, save) 
     with _progress(output.quiet) as progress:
         solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)
         files = save(solution, out, progress)
+    _warn(solution, [], 0.0)
     _laws([solution])
     _list_files(files, out)
 

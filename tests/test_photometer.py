@@ -81,9 +81,8 @@ def test_a_meter_free_in_the_room_and_tilted(room):
     assert tilted == pytest.approx(reading.direct_lx / np.sqrt(2), rel=1e-9)
 
 
-def test_faces_of_a_unit_reflectance_dark_wall_do_not_count_twice(room):
-    # ρ = 0.3 floor alone under uniform light cannot be had from a lamp; instead: only the floor
-    # reflects, so a wall point's indirect light is bounded by what all of the floor could send.
+def test_a_wall_point_receives_less_than_a_floor_as_bright_everywhere_would_send(room):
+    # Only the floor reflects, and it fills at most half of a wall point's view.
     scene = room(0.0, faces={"floor": "perfect"})
     reading = renderer.solve(scene, bands="rgb", accuracy=0.01).photometer([2, 0, 1.0], [0, 1, 0])
     brightest = np.pi * 1000 * 4 * point_to_parallel(0.5, 0.5, 3)

@@ -9,8 +9,6 @@ import trimesh
 from renderer.errors import InputError
 
 ROOM_SURFACES = ("floor", "ceiling", "wall_x0", "wall_x1", "wall_y0", "wall_y1")
-FLAT = 1e-9
-"""Relative deviation below which points count as lying in one plane or a shape as a rectangle."""
 CYLINDER_SECTIONS = 48
 SPHERE_SUBDIVISIONS = 3
 

@@ -15,7 +15,6 @@ from renderer.scene.reading import Scene
 from renderer.transport.contour import HORIZON, point_factors
 from renderer.transport.direct import direct_on_patches
 from renderer.transport.form_factors import (
-    BURIED,
     Exchange,
     contour_exchange,
     gather_by_rays,
@@ -84,7 +83,7 @@ class Transport:
         share = np.where(self.reflecting, self.exchange.areas / mesh.area, 0.0)
         corner = mesh.patches.ravel()
         # Exposed patches draw with their weight, others only where there is no exposed one.
-        weight = np.repeat(np.where(share > 0.5, 1.0, BURIED * 1e-6 + 1e-3 * share), 4)
+        weight = np.repeat(np.where(share > 0.5, 1.0, 1e-9 + 1e-3 * share), 4)
         total = np.bincount(corner, weight, len(mesh.vertices))
         target = np.stack([np.bincount(corner, weight * np.repeat(mesh.centroid[:, k], 4),
                                        len(mesh.vertices)) for k in range(3)], axis=1)
