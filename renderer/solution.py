@@ -9,18 +9,17 @@ import numpy as np
 
 from renderer.colour.bands import BandSet, band_set
 from renderer.plan import Plan, make_plan
-from renderer.readings.photometer import direct_reading, indirect_sensor, luminance_sensor, place
+from renderer.readings.photometer import Meter, luminance_sensor, make_meter
+from renderer.readings.uncertainty import half_width
 from renderer.scene.reading import Scene
+from renderer.transport.form_factors import Exchange
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import Transport, compute_transport
 
 Progress = Callable[[str], None]
 
-STUDENT_95 = 3.182
-"""Two-sided 95 % point of Student's t with 3 degrees of freedom: four replicas."""
-MESH_SAFETY = 3.0
-ROUNDING = 1e-6
-"""Share of a reading below which no error bar is claimed."""
+COARSER = 2.0
+"""Largest patch of one mesh over that of another, in area, for them to tell the mesh error."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ class Solution:
 
     reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
     radiosity : (n_patches, n_bands) [W m⁻² per band; weighted integrals in RGB]
-    replica : which part of the rays this is solved with; None for all of them
+    sample : which independent part of the rays this is solved with; None for all of them
     bands_solved : how many distinct systems of equations that took
     energy_balance_error : largest |absorbed − emitted| / emitted over the bands
     """
@@ -94,7 +93,7 @@ class Solution:
     reflectance: np.ndarray
     flux: np.ndarray
     radiosity: np.ndarray
-    replica: int | None
+    sample: int | None
     bands_solved: int
     energy_balance_error: float
     seconds: float
@@ -113,17 +112,29 @@ class Solution:
     def vertex_radiosity(self) -> np.ndarray:
         """Indirect light that each vertex reflects (n_vertices, n_bands)."""
         every, parts = self.transport.to_vertices
-        received = (every if self.replica is None else parts[self.replica]) @ self.radiosity
+        received = (every if self.sample is None else parts[self.sample]) @ self.radiosity
         return self.reflectance[self.transport.mesh.vertex_surface] * received
+
+    @cached_property
+    def patch_radiosity(self) -> np.ndarray:
+        """Indirect light that each patch reflects (n_patches, n_bands)."""
+        received = self._exchange.irradiance(self.radiosity)
+        return self.reflectance[self.transport.mesh.surface] * received
+
+    @property
+    def _exchange(self) -> Exchange:
+        exchange = self.transport.exchange
+        return exchange if self.sample is None else exchange.replicas[self.sample]
 
     def photometer(self, position, normal, name: str = "photometer") -> Reading:
         """Read a meter at a point (3,) [m] that faces along normal (3,). Raises InputError."""
         where = f"{self.scene.path}: photometer {name!r}"
         position, normal = np.asarray(position, dtype=float), np.asarray(normal, dtype=float)
         facing = normal / np.linalg.norm(normal)
-        direct, indirect = self._read(position, facing, where)
-        return Reading(name, position, normal, direct, indirect, self.bands,
-                       self._half_width(position, facing, where))
+        meter = make_meter(self.transport, position, facing, where)
+        direct, indirect = self.read(meter)
+        return Reading(name, position, normal, direct, indirect.sum(axis=0), self.bands,
+                       self._half_width(meter, position, facing, where))
 
     def photometers(self) -> list[Reading]:
         """Read the scene's own photometers."""
@@ -141,50 +152,44 @@ class Solution:
                  + sensor.indirect_radiosity(self.vertex_radiosity) + emitted @ self.flux)
         return float(light[0] @ self.bands.luminous / np.pi)
 
-    def _read(self, position, normal, where, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Direct and indirect irradiance (n_bands,)."""
-        spot = place(self.transport, position, normal, where)
-        direct = direct_reading(self.transport, spot, seed) @ self.flux
-        sensor = indirect_sensor(self.transport, spot, seed)
-        indirect = (sensor.direct_radiosity(self.reflectance, self.flux)
-                    + sensor.indirect_radiosity(self.vertex_radiosity))[0]
+    def read(self, meter: Meter) -> tuple[np.ndarray, np.ndarray]:
+        """Direct irradiance (n_bands,), and what each surface sends (n_surfaces, n_bands)."""
+        samples = slice(None) if self.sample is None else slice(self.sample, self.sample + 1)
+        direct = meter.direct[samples].mean(axis=0) @ self.flux
+        sensors = meter.sensors[samples]
+        indirect = sum(sensor.direct_radiosity(self.reflectance, self.flux)
+                       + sensor.indirect_radiosity(self.vertex_radiosity, self.patch_radiosity)
+                       for sensor in sensors) / len(sensors)
         return direct, indirect
 
-    def _read_lx(self, position, normal, where, seed: int = 0) -> float:
-        return float(sum(self._read(position, normal, where, seed)) @ self.bands.luminous)
+    def read_lx(self, meter: Meter) -> np.ndarray:
+        """What the luminaires and each surface send [lx] (1 + n_surfaces,)."""
+        direct, indirect = self.read(meter)
+        return np.vstack([direct, indirect]) @ self.bands.luminous
 
-    def _half_width(self, position, normal, where) -> float:
-        """95 % half-width of a reading [lx].
-
-        Mesh: three times how far the reading moves when patches are twice as long (half, where they
-        cannot be longer), the grid
-        convergence index for two meshes and an order of at least 1 (P. J. Roache, J. Fluids Eng.
-        116(3), 1994, doi:10.1115/1.2910291). Sampling: the spread of independent quarters of
-        the rays, each with a meter of its own; not divided by their number, since the meter's part
-        does not shrink with it. Both are estimated in RGB, which costs little.
-        """
-        fine, coarse, replicas = self._family
-        reading = fine._read_lx(position, normal, where)
-        mesh = MESH_SAFETY * abs(coarse._read_lx(position, normal, where) - reading)
-        spread = [r._read_lx(position, normal, where, k + 1) for k, r in enumerate(replicas)]
-        sampling = STUDENT_95 * np.std(spread, ddof=1) if spread else 0.0
-        return float(np.hypot(mesh, sampling) + ROUNDING * reading)
+    def _half_width(self, meter: Meter, position, normal, where) -> float:
+        """95 % half-width of a reading [lx]; estimated in RGB, which costs little."""
+        fine, other = self._family
+        at_other = make_meter(other[0].transport, position, normal, where)
+        finer = other[0].plan.patch_size < self.plan.patch_size
+        return half_width(fine[0].read_lx(meter), other[0].read_lx(at_other),
+                          np.array([sample.read_lx(meter) for sample in fine[1:]]),
+                          np.array([sample.read_lx(at_other) for sample in other[1:]]), finer)
 
     @cached_property
-    def _family(self) -> tuple["Solution", "Solution", list["Solution"]]:
-        """This scene in RGB: as it is, on a coarser mesh (or a finer), and with each replica of the rays."""
-        bands = band_set("rgb")
-        fine = self if self.bands.name == "rgb" else _solve_on(
-            self.scene, bands, self.plan, self.rooms, self.transport)
+    def _family(self) -> tuple[list["Solution"], list["Solution"]]:
+        """This scene in RGB, as it is and on another mesh: solved with all rays, then with each sample."""
         plan = self.plan.times(2)
         other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
-        if len(other.mesh.patches) > 0.7 * len(self.transport.mesh.patches):
-            plan = self.plan.times(0.5)  # what has one patch a wall cannot be coarser, only finer
+        if COARSER * self.transport.mesh.area.max() > other.mesh.area.max():
+            plan = self.plan.times(1 / 8)  # what has one patch a wall cannot be coarser, only finer
             other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
-        coarse = _solve_on(self.scene, bands, plan, self.rooms, other)
-        replicas = [_solve_on(self.scene, bands, self.plan, self.rooms, self.transport, k)
-                    for k in range(len(self.transport.exchange.replicas))]
-        return fine, coarse, replicas
+
+        def solved(plan: Plan, transport: Transport) -> list[Solution]:
+            samples = [None, *range(len(transport.exchange.replicas))]
+            return [_solve_on(self.scene, band_set("rgb"), plan, self.rooms, transport, k) for k in samples]
+
+        return solved(self.plan, self.transport), solved(plan, other)
 
 
 def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
@@ -207,18 +212,18 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
 
 
 def _solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport,
-              replica: int | None = None) -> Solution:
+              sample: int | None = None) -> Solution:
     started = time.perf_counter()
-    exchange = transport.exchange if replica is None else transport.exchange.replicas[replica]
+    exchange = transport.exchange if sample is None else transport.exchange.replicas[sample]
+    direct = transport.direct if sample is None else transport.direct_parts[sample]
     reflectance, flux = scene.reflectance(bands), scene.flux(bands)
     first, index, scale = distinct_bands(reflectance, flux)
     on_patches = reflectance[transport.mesh.surface]
-    solved = radiosity(exchange, on_patches[:, first], transport.direct @ flux[:, first])
+    solved = radiosity(exchange, on_patches[:, first], direct @ flux[:, first])
     patches = solved[:, index] * scale
-    balance = _energy_balance(exchange, on_patches, transport.direct @ flux, patches, flux)
-    return Solution(scene, bands, plan, rooms, transport, reflectance, flux, patches, replica,
-                    len(first),
-                    balance, time.perf_counter() - started)
+    balance = _energy_balance(exchange, on_patches, direct @ flux, patches, flux)
+    return Solution(scene, bands, plan, rooms, transport, reflectance, flux, patches, sample,
+                    len(first), balance, time.perf_counter() - started)
 
 
 def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):

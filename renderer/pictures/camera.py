@@ -142,7 +142,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
         edge |= corner != plane
     found = middles[0] >= 0
     patch, s, t = (m[found] for m in middles)
-    light = direct_on(transport, patch, s, t, 0)
+    light = direct_on(transport, patch, s, t, 0)[0]
     if transport.visibility is not None:
         edge |= _shadow_edges(light, found, edge.shape)
     plain = ~edge.ravel()[found]
@@ -154,7 +154,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     hit = extra[0] >= 0
     extra = [e[hit] for e in extra]
     row = np.concatenate([np.flatnonzero(found)[plain], np.repeat(fine, dx.size)[hit]])
-    light = np.concatenate([light[plain], direct_on(transport, *extra, 1, SUBPIXEL_RAYS)])
+    light = np.concatenate([light[plain], direct_on(transport, *extra, 1, SUBPIXEL_RAYS)[0]])
     patch, s, t = (np.concatenate([m[plain], e])
                    for m, e in zip((patch, s, t), extra, strict=True))
     weight = np.concatenate([np.ones(plain.sum()), np.full(int(hit.sum()), 1 / dx.size)])

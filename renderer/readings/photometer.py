@@ -10,7 +10,7 @@ from renderer.scene.reading import INSIDE
 from renderer.transport.contour import HORIZON, polygon_factors
 from renderer.transport.direct import direct_at
 from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
-from renderer.transport.sampling import Nets
+from renderer.transport.sampling import REPLICAS, Nets
 from renderer.transport.transport import Transport
 from renderer.transport.visibility import STAND_OFF
 
@@ -20,12 +20,12 @@ on an element may be taken at its middle."""
 NEAR_LAMP = 0.5
 """An element's half diagonal is at most this share of its distance to any lamp that lights it."""
 DEEPEST = 24
-READING_RAYS = 4096
-"""Shadow rays from the meter itself to each luminaire."""
-SIGHT_RAYS = 16
-"""Rays from the meter to each element."""
-ELEMENT_RAYS = 16
-"""Shadow rays from each element; their errors average out over thousands of elements."""
+READING_RAYS = 1024
+"""Shadow rays from the meter itself to each luminaire, likewise."""
+SIGHT_RAYS = 4
+"""Rays from the meter to each element, in each of REPLICAS independent parts."""
+ELEMENT_RAYS = 4
+"""Shadow rays from each element, likewise; their errors average out over thousands of elements."""
 
 
 @dataclass(frozen=True)
@@ -105,36 +105,50 @@ def _short(xyz: np.ndarray) -> str:
     return "[" + ", ".join(f"{x:.6g}" for x in xyz) + "]"
 
 
-def direct_reading(transport: Transport, spot: Spot, seed: int) -> np.ndarray:
-    """Illuminance per lumen of each luminaire, straight from it (n_luminaires,) [m⁻²]."""
-    return direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.visibility,
-                     (transport.seed, 5, seed), READING_RAYS, origins=spot.origin[None])[0]
+@dataclass(frozen=True)
+class Meter:
+    """A photometer in its place: what it reads is linear in the light on the surfaces.
+
+    direct : (k, n_luminaires) illuminance per lumen, straight from each [m⁻²]
+    sensors : k sensors whose rows (n_surfaces) are what each surface sends
+    k : independent samples; one where no ray is cast
+    """
+
+    direct: np.ndarray
+    sensors: tuple[Sensor, ...]
 
 
-def indirect_sensor(transport: Transport, spot: Spot, seed: int) -> Sensor:
-    """What the surfaces send to a meter: one row whose value is indirect irradiance."""
+def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> Meter:
+    """A meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError."""
+    spot = place(transport, position, normal, where)
+    parts = 1 if transport.visibility is None else REPLICAS
+    direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.visibility,
+                       (transport.seed, 5), READING_RAYS, origins=spot.origin[None], parts=parts)[:, 0]
     patch, corners, factor, whole = _elements(transport, spot)
+    factors = np.broadcast_to(factor, (parts, len(factor)))
     if transport.visibility is not None:
-        factor = factor * _seen_share(transport, spot, patch, corners, seed)
-        seen = factor > 0
-        patch, corners, factor, whole = (x[seen] for x in (patch, corners, factor, whole))
+        factors = factor * _seen_share(transport, spot, patch, corners)
+        seen = factors.any(axis=0)
+        patch, corners, factors, whole = patch[seen], corners[seen], factors[:, seen], whole[seen]
     triangular = transport.mesh.triangular[patch]
     middle = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
     # A whole patch has its mean light.
-    light = transport.direct[patch]
+    light = transport.direct_parts[:, patch]
     divided = np.flatnonzero(~whole)
-    light[divided] = direct_on(transport, patch[divided], *middle[divided].T, seed, ELEMENT_RAYS)
-    return sense(transport, 1, np.zeros(len(patch), dtype=int), patch, *middle.T, factor, light)
+    light[:, divided] = direct_on(transport, patch[divided], *middle[divided].T, 0, ELEMENT_RAYS, parts)
+    rows = transport.mesh.surface[patch]
+    sensors = [sense(transport, transport.n_surfaces, rows, patch, *middle.T, factors[k], light[k],
+                     conserving=True) for k in range(parts)]
+    return Meter(direct, tuple(sensors))
 
 
-def _seen_share(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray,
-                seed: int) -> np.ndarray:
-    """Share of each element that a meter sees past what stands between (k,)."""
-    square = Nets(SIGHT_RAYS, 2, (transport.seed, 6, seed)).draw(len(patch))
+def _seen_share(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Share of each element that a meter sees past what stands between (REPLICAS, k)."""
+    square = Nets(SIGHT_RAYS, 2, (transport.seed, 6), REPLICAS).draw(len(patch))
     targets = _within(transport.mesh, patch, corners, square)
     lifted = transport.visibility.off(targets, transport.mesh.normal[patch][:, None]).reshape(-1, 3)
     clear = transport.visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
-    return clear.reshape(len(patch), SIGHT_RAYS).mean(axis=1)
+    return clear.reshape(len(patch), REPLICAS, SIGHT_RAYS).mean(axis=2).T
 
 
 def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.ndarray, where: str):
@@ -148,7 +162,7 @@ def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.n
         raise InputError(f"{where}: nothing is seen along {_short(direction)} from {_short(position)}. "
                          "Look into the room.")
     row, weight = np.zeros(1, dtype=int), np.ones(1)
-    light = direct_on(transport, *seen, 0, READING_RAYS)
+    light = direct_on(transport, *seen, 0, READING_RAYS)[0]
     return (sense(transport, 1, row, *seen, weight, light), emitted(transport, 1, row, seen[0], weight))
 
 

@@ -6,11 +6,12 @@ from renderer.scene.luminaires import Luminaire
 from renderer.transport.contour import exchange_areas, polygon_factors
 from renderer.transport.form_factors import Exchange
 from renderer.transport.mesh import Mesh
-from renderer.transport.sampling import Nets
+from renderer.transport.sampling import REPLICAS, Nets
 from renderer.transport.visibility import CHUNK, Visibility, in_threads
 
-PATCH_POINTS, PATCH_RAYS = 16, 16
-"""Points on a patch, and shadow rays from each, where its direct light has no closed form."""
+PATCH_POINTS, PATCH_RAYS = 4, 8
+"""Points on a patch, and shadow rays from each, where its direct light has no closed form: in each of
+REPLICAS independent parts."""
 SHADOW_RAYS = 64
 """Rays from a point to a luminaire with area: its penumbra in 64 steps, jittered."""
 
@@ -35,17 +36,18 @@ def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminai
 
 
 def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
-                  visibility: Visibility, rays: int, seed: tuple[int, ...]) -> np.ndarray:
-    """Share of a luminaire's light that reaches each point past what stands between (k,).
+                  visibility: Visibility, rays: int, seed: tuple[int, ...], parts: int) -> np.ndarray:
+    """Share of a luminaire's light that reaches each point past what stands between (parts, k).
 
     points : (k, 3) [m], already off their surface. Rays go to points all over the luminaire, each
-    weighted with what it would bring.
+    weighted with what it would bring; so many to each point in each of `parts` independent nets.
     """
     if luminaire.outline is None:
-        return visibility.clear(points, np.broadcast_to(luminaire.center, points.shape)).astype(float)
-    nets = Nets(rays, 2, seed)
-    share = np.empty(len(points))
-    step = max(1, CHUNK // rays)
+        clear = visibility.clear(points, np.broadcast_to(luminaire.center, points.shape))
+        return np.broadcast_to(clear.astype(float), (parts, len(points)))
+    nets = Nets(rays, 2, seed, parts)
+    share = np.empty((parts, len(points)))
+    step = max(1, CHUNK // (rays * parts))
     draws = {s: nets.draw(min(len(points), s + step) - s) for s in range(0, len(points), step)}
 
     def work(start: int, stop: int) -> None:
@@ -59,8 +61,8 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
         free = np.zeros(weight.shape)
         free[needed] = visibility.clear(np.broadcast_to(origins, targets.shape)[needed],
                                         targets[needed])
-        total = weight.sum(axis=1)
-        share[start:stop] = (weight * free).sum(axis=1) / np.where(total > 0, total, 1.0)
+        past, total = ((w.reshape(-1, parts, rays).sum(axis=2)).T for w in (weight * free, weight))
+        share[:, start:stop] = past / np.where(total > 0, total, 1.0)
 
     in_threads(work, len(points), step)
     return share
@@ -120,42 +122,44 @@ def spread(luminaire: Luminaire, square: np.ndarray) -> np.ndarray:
 
 def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire],
               visibility: Visibility | None, seed: tuple[int, ...], rays: int = SHADOW_RAYS,
-              origins: np.ndarray | None = None) -> np.ndarray:
-    """Illuminance per lumen at points (k, n_luminaires) [m⁻²], shadows included.
+              origins: np.ndarray | None = None, parts: int = 1) -> np.ndarray:
+    """Illuminance per lumen at points (parts, k, n_luminaires) [m⁻²], shadows included.
 
-    visibility : None where nothing can stand between; origins : where rays start, (k, 3) [m], else
-    off the points along their normals.
+    visibility : None where nothing can stand between; rays : to each luminaire, in each of `parts`
+    independent nets; origins : where rays start, (k, 3) [m], else off the points along their normals.
     """
-    factors = unoccluded(points, normals, luminaires)
+    factors = np.repeat(unoccluded(points, normals, luminaires)[None], parts, axis=0)
     if visibility is not None:
         lifted = visibility.off(points, normals) if origins is None else origins
         for index, luminaire in enumerate(luminaires):
-            lit = np.flatnonzero(factors[:, index] > 0)
+            lit = np.flatnonzero(factors[0, :, index] > 0)
             lit = lit[may_be_shadowed(points[lit], normals[lit], luminaire,
                                       visibility.mesh.obstacles)]
-            factors[lit, index] *= visible_share(lifted[lit], normals[lit], luminaire, visibility,
-                                                 rays, (*seed, index))
+            factors[:, lit, index] *= visible_share(lifted[lit], normals[lit], luminaire, visibility,
+                                                    rays, (*seed, index), parts)
     return factors
 
 
 def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire],
                       visibility: Visibility | None, seed: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Mean illuminance of each patch per lumen (n_patches, n_luminaires) [m⁻²].
+    """Mean illuminance of each patch per lumen (REPLICAS, n_patches, n_luminaires) [m⁻²], in
+    independent samples; just one where nothing can stand between.
 
     In closed form where nothing stands between; times the share that gets past what does. All
     lumens arrive somewhere: each luminaire's sum is scaled to 1. Returns also what was missing
     from that sum before (n_luminaires,).
     """
     live = np.flatnonzero(exchange.areas > 0)
-    mean = np.zeros((len(mesh.patches), len(luminaires)))
+    parts = 1 if visibility is None else REPLICAS
+    mean = np.zeros((parts, len(mesh.patches), len(luminaires)))
     for index, lum in enumerate(luminaires):
         flux = _unoccluded_flux(mesh, live, lum, (*seed, index, 0))
+        mean[:, live, index] = flux / exchange.areas[live]
         if visibility is not None:
-            lit = flux > 0
-            flux[lit] *= _share_on(mesh, live[lit], lum, visibility, (*seed, index, 1))
-        mean[live, index] = flux / exchange.areas[live]
+            lit = live[flux > 0]
+            mean[:, lit, index] *= _share_on(mesh, lit, lum, visibility, (*seed, index, 1))
     arrived = exchange.areas @ mean
-    return mean / np.where(arrived > 0, arrived, 1.0), 1 - arrived
+    return mean / np.where(arrived > 0, arrived, 1.0)[:, None], 1 - arrived.mean(axis=0)
 
 
 def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
@@ -178,7 +182,7 @@ def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.
     part = np.flatnonzero(~whole & (height > slack).any(axis=1) & (side[..., 0] > slack).any(axis=1))
     if len(part):
         points, normals = _points_on(mesh, patch[part], seed)
-        at = unoccluded(points, normals, [lum]).reshape(len(part), PATCH_POINTS)
+        at = unoccluded(points, normals, [lum]).reshape(len(part), -1)
         flux[part] = at.mean(axis=1) * mesh.area[patch[part]]
     return flux
 
@@ -198,15 +202,15 @@ def _solid_angles(corners: np.ndarray) -> np.ndarray:
 
 
 def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, visibility: Visibility, seed) -> np.ndarray:
-    """Share of a luminaire's light on each patch that gets past what stands between (k,)."""
+    """Share of a luminaire's light on each patch that gets past what stands between (REPLICAS, k)."""
     points, normals = _points_on(mesh, patch, seed)
-    open_ = unoccluded(points, normals, [lum]).reshape(len(patch), PATCH_POINTS)
-    past = direct_at(points, normals, [lum], visibility, seed, PATCH_RAYS)
-    total = open_.sum(axis=1)
-    return past.reshape(open_.shape).sum(axis=1) / np.where(total > 0, total, 1.0)
+    shape = (len(patch), REPLICAS, PATCH_POINTS)
+    total = unoccluded(points, normals, [lum]).reshape(shape).sum(axis=2)
+    past = direct_at(points, normals, [lum], visibility, seed, PATCH_RAYS).reshape(shape).sum(axis=2)
+    return (past / np.where(total > 0, total, 1.0)).T
 
 
 def _points_on(mesh: Mesh, patch: np.ndarray, seed) -> tuple[np.ndarray, np.ndarray]:
-    """PATCH_POINTS points all over each patch, and their normals (k · PATCH_POINTS, 3)."""
-    points = mesh.spread(patch, Nets(PATCH_POINTS, 2, seed).draw(len(patch)))
-    return points.reshape(-1, 3), np.repeat(mesh.normal[patch], PATCH_POINTS, axis=0)
+    """REPLICAS times PATCH_POINTS points all over each patch, and their normals (k · points, 3)."""
+    points = mesh.spread(patch, Nets(PATCH_POINTS, 2, seed, REPLICAS).draw(len(patch)))
+    return points.reshape(-1, 3), np.repeat(mesh.normal[patch], points.shape[1], axis=0)

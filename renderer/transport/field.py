@@ -20,11 +20,13 @@ class Sensor:
     """Rows of weights (one a pixel or photometer) on the light that leaves the surfaces.
 
     direct : (rows, n_surfaces · n_luminaires) [m⁻²] per unit reflectance and lumen
-    indirect : (rows, n_vertices) on the reflected light of each vertex
+    indirect : (rows, n_vertices) on the indirect light that each vertex reflects
+    means : (rows, n_patches) on the indirect light that each patch reflects on average
     """
 
     direct: sparse.csr_array
     indirect: sparse.csr_array
+    means: sparse.csr_array
 
     def direct_radiosity(self, reflectance: np.ndarray, flux: np.ndarray) -> np.ndarray:
         """Weighted sum of direct light reflected once (rows, n_bands).
@@ -34,28 +36,37 @@ class Sensor:
         once = reflectance[:, None, :] * flux[None, :, :]
         return self.direct @ once.reshape(-1, once.shape[-1])
 
-    def indirect_radiosity(self, vertex_radiosity: np.ndarray) -> np.ndarray:
-        """Weighted sum of light reflected more than once (rows, n_bands)."""
-        return self.indirect @ vertex_radiosity
+    def indirect_radiosity(self, vertex_radiosity: np.ndarray,
+                           patch_radiosity: np.ndarray | None = None) -> np.ndarray:
+        """Weighted sum of light reflected more than once (rows, n_bands).
+
+        vertex_radiosity : (n_vertices, n_bands); patch_radiosity : (n_patches, n_bands), where the
+        sensor keeps the patches' means.
+        """
+        smooth = self.indirect @ vertex_radiosity
+        return smooth if patch_radiosity is None else smooth + self.means @ patch_radiosity
 
 
 def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndarray, seed: int,
-              rays: int = SHADOW_RAYS) -> np.ndarray:
-    """Illuminance per lumen at points (s, t) on patches (k, n_luminaires) [m⁻²]; 0 on luminaires."""
+              rays: int = SHADOW_RAYS, parts: int = 1) -> np.ndarray:
+    """Illuminance per lumen at points (s, t) on patches (parts, k, n_luminaires) [m⁻²], in independent
+    samples; 0 on luminaires."""
     mesh = transport.mesh
     bright = transport.reflecting[patch]
-    light = np.zeros((len(patch), len(transport.luminaires)))
+    light = np.zeros((parts, len(patch), len(transport.luminaires)))
     points = mesh.at(patch[bright], s[bright], t[bright])
-    light[bright] = direct_at(points, mesh.normal[patch[bright]], transport.luminaires,
-                              transport.visibility, (transport.seed, 4, seed), rays)
+    light[:, bright] = direct_at(points, mesh.normal[patch[bright]], transport.luminaires,
+                                 transport.visibility, (transport.seed, 4, seed), rays, parts=parts)
     return light
 
 
 def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray,
-          t: np.ndarray, weight: np.ndarray, per_lumen: np.ndarray) -> Sensor:
+          t: np.ndarray, weight: np.ndarray, per_lumen: np.ndarray, conserving: bool = False) -> Sensor:
     """The sensor that adds up `weight` × radiosity at points (s, t) on patches, by row.
 
     row, patch, s, t, weight : (k,); per_lumen : (k, n_luminaires), from `direct_on`.
+    conserving : indirect light is interpolated about each patch's mean, so that a patch as a whole
+        sends what it received; else between vertices alone, so that pictures show no seams.
     """
     mesh, n_luminaires = transport.mesh, len(transport.luminaires)
     bright = transport.reflecting[patch]
@@ -64,9 +75,12 @@ def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray,
     columns = mesh.surface[patch][:, None] * n_luminaires + np.arange(n_luminaires)
     shape = (n_rows, transport.n_surfaces * n_luminaires)
     direct = _gathered(weight[:, None] * per_lumen, row, columns, shape)
-    corner_weights = weight[:, None] * mesh.weights(patch, s, t)
-    indirect = _gathered(corner_weights, row, mesh.patches[patch], (n_rows, len(mesh.vertices)))
-    return Sensor(direct, indirect)
+    corners = mesh.weights(patch, s, t)
+    if conserving:
+        corners = corners - mesh.weights(patch, *mesh.middle_st[patch].T)
+    indirect = _gathered(weight[:, None] * corners, row, mesh.patches[patch], (n_rows, len(mesh.vertices)))
+    means = _gathered(weight[:, None] * conserving, row, patch[:, None], (n_rows, len(mesh.patches)))
+    return Sensor(direct, indirect, means)
 
 
 def _gathered(values: np.ndarray, row: np.ndarray, columns: np.ndarray, shape) -> sparse.csr_array:

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from renderer.transport.contour import exchange_areas, frames, point_factors
 from renderer.transport.mesh import Mesh
-from renderer.transport.sampling import Nets, cosine_directions
+from renderer.transport.sampling import REPLICAS, Nets, cosine_directions
 from renderer.transport.visibility import CHUNK, INSIDE, Visibility, in_threads
 
 NEAR = 4.0
@@ -22,7 +22,10 @@ middle to patch. At 4 the middle errs by under 1 %, and only along the room's ed
 near."""
 BURIED = 0.02
 """A patch of which less than this share is exposed (under a crate, inside a wall) takes no part."""
-REPLICAS = 4
+CLOSED = 1e-12
+"""Row sums are balanced to this share of the area."""
+STALLED = 8
+"""Balancing steps in which the error must have halved, or it has stalled."""
 DENSE = 0.03
 """Above this share of non-zeros a dense product is faster than a sparse one (measured)."""
 
@@ -101,13 +104,12 @@ def ray_exchange(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int,
 def _cast(mesh: Mesh, visibility: Visibility, rays: int, seed) -> tuple[np.ndarray, np.ndarray]:
     """The patch each ray meets (n_patches, rays), and which rays started covered up."""
     n = len(mesh.patches)
-    nets = [Nets(rays // REPLICAS, 4, (*seed, k)) for k in range(REPLICAS)]
+    nets = Nets(rays // REPLICAS, 4, seed, REPLICAS)
     axes = frames(mesh.normal)
     hits = np.empty((n, rays), dtype=np.int32)
     buried = np.zeros((n, rays), dtype=bool)
     step = max(1, CHUNK // rays)
-    draws = {start: np.concatenate([net.draw(min(n, start + step) - start) for net in nets], axis=1)
-             for start in range(0, n, step)}
+    draws = {start: nets.draw(min(n, start + step) - start) for start in range(0, n, step)}
 
     def work(start: int, stop: int) -> None:
         patch = np.arange(start, stop)
@@ -166,14 +168,17 @@ def _balance(matrix, areas: np.ndarray):
 
     Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by
     s_i d_i + Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013).
+    Few rays may leave a pattern that no scaling closes; what is then missing a patch sends to itself.
     """
     live = areas > 0
     scale = live.astype(float)
     root = np.sqrt(np.where(live, areas, 1.0))  # the system's own unit: eigenvalues 0 to 2
+    worst = []
     for _ in range(50):
         sums = np.where(live, scale * (matrix @ scale), 1.0)
         missing = np.where(live, areas - sums, 0.0)
-        if np.abs(missing[live] / areas[live]).max(initial=0.0) < 1e-12:
+        worst.append(np.abs(missing[live] / areas[live]).max(initial=0.0))
+        if worst[-1] < CLOSED or (len(worst) > STALLED and worst[-1] > worst[-STALLED] / 2):
             break
 
         def moved(d, sums=sums, side=scale / root):
@@ -185,8 +190,25 @@ def _balance(matrix, areas: np.ndarray):
         scale[live] = np.clip(scale[live], 0.1, 10)  # past that no scaling would help
     if sparse.issparse(matrix):
         diagonal = sparse.diags_array(scale)
-        return (diagonal @ matrix @ diagonal).tocsr()
-    return matrix * scale[:, None] * scale
+        matrix = (diagonal @ matrix @ diagonal).tocsr()
+    else:
+        matrix = matrix * scale[:, None] * scale
+    return matrix if worst[-1] < CLOSED else _close(matrix, areas)
+
+
+def _close(matrix, areas: np.ndarray):
+    """Lower what passes `areas` in a symmetric matrix's rows, and put what is missing on its diagonal."""
+    pairs = sparse.coo_array(matrix)
+    row, column = pairs.coords
+    sums = np.bincount(row, pairs.data, len(areas))
+    share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
+    lowered = pairs.data * np.minimum(share[row], share[column])
+    left = areas - np.bincount(row, lowered, len(areas))
+    every = np.arange(len(areas))
+    closed = sparse.coo_array((np.concatenate([lowered, left]), (np.concatenate([row, every]),
+                                                               np.concatenate([column, every]))),
+                              shape=matrix.shape)
+    return closed.tocsr() if sparse.issparse(matrix) else closed.toarray()
 
 
 def gather_by_rays(points: np.ndarray, normals: np.ndarray, visibility: Visibility, rays: int,
@@ -197,12 +219,11 @@ def gather_by_rays(points: np.ndarray, normals: np.ndarray, visibility: Visibili
     points : (k, 3) [m], already off their surface. A point inside a solid sees nothing.
     """
     n, part = len(visibility.mesh.patches), rays // REPLICAS
-    nets = [Nets(part, 2, (*seed, k)) for k in range(REPLICAS)]
+    nets = Nets(part, 2, seed, REPLICAS)
     axes = frames(normals)
     hits = np.empty((len(points), rays), dtype=np.int32)
     step = max(1, CHUNK // rays)
-    draws = {s: np.concatenate([net.draw(min(len(points), s + step) - s) for net in nets], axis=1)
-             for s in range(0, len(points), step)}
+    draws = {s: nets.draw(min(len(points), s + step) - s) for s in range(0, len(points), step)}
 
     def work(start: int, stop: int) -> None:
         directions = cosine_directions(draws.pop(start), axes[start:stop]).reshape(-1, 3)

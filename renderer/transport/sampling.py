@@ -3,26 +3,31 @@
 import numpy as np
 
 BITS = 30
+REPLICAS = 8
+"""Independent parts that whatever is sampled is drawn in; how far they differ is the sampling error."""
 
 
 class Nets:
     """Nets of `n` points in [0, 1)^dimensions, each a Sobol net with a digital shift of its own.
 
-    n : a power of 2. Equal seeds give equal nets. (Sobol 1967; Owen-scrambled by scipy; the shift
-    makes them independent, so that their errors average out and can be measured.)
+    n : a power of 2; parts : independent nets of n points in each draw. Equal seeds give equal nets.
+    (Sobol 1967; Owen-scrambled by scipy; the shift makes them independent, so that their errors
+    average out and can be measured.)
     """
 
-    def __init__(self, n: int, dimensions: int, seed: tuple[int, ...]):
+    def __init__(self, n: int, dimensions: int, seed: tuple[int, ...], parts: int = 1):
         from scipy.stats.qmc import Sobol
 
         self._random = np.random.default_rng(seed)
-        sampler = Sobol(dimensions, bits=BITS, rng=self._random)
-        self._net = (sampler.random(n) * 2**BITS).astype(np.uint32)
+        nets = [Sobol(dimensions, bits=BITS, rng=self._random).random(n) for _ in range(parts)]
+        self._nets = (np.array(nets) * 2**BITS).astype(np.uint32)
 
     def draw(self, count: int) -> np.ndarray:
-        """The next `count` nets (count, n, dimensions)."""
-        shift = self._random.integers(2**BITS, size=(count, 1, self._net.shape[1]), dtype=np.uint32)
-        return (self._net ^ shift) * 2.0**-BITS + 2.0 ** -(BITS + 1)
+        """The next `count` nets of each part (count, parts · n, dimensions)."""
+        parts, n, dimensions = self._nets.shape
+        shift = self._random.integers(2**BITS, size=(count, parts, 1, dimensions), dtype=np.uint32)
+        shifted = (self._nets ^ shift).reshape(count, parts * n, dimensions)
+        return shifted * 2.0**-BITS + 2.0 ** -(BITS + 1)
 
 
 def cosine_directions(square: np.ndarray, frames: np.ndarray) -> np.ndarray:

@@ -37,7 +37,8 @@ class Transport:
     mesh, luminaires, seed
     visibility : None where nothing can stand between two points
     exchange : who exchanges light with whom
-    direct : (n_patches, n_luminaires) mean illuminance per lumen [m⁻²]
+    direct_parts : (k, n_patches, n_luminaires) mean illuminance per lumen [m⁻²], in independent
+        samples; one where no ray is cast
     """
 
     mesh: Mesh
@@ -47,13 +48,18 @@ class Transport:
     seed: int
     visibility: Visibility | None
     exchange: Exchange
-    direct: np.ndarray
+    direct_parts: np.ndarray
     seconds: float = field(default=0.0)
 
     @property
     def rays(self) -> int:
         """Visibility rays cast so far, the camera's own left out where light needs none."""
         return self.visibility.rays if self.visibility is not None else 0
+
+    @cached_property
+    def direct(self) -> np.ndarray:
+        """Mean illuminance of each patch per lumen (n_patches, n_luminaires) [m⁻²]."""
+        return self.direct_parts.mean(axis=0)
 
     @cached_property
     def eye(self) -> Visibility:
