@@ -18,7 +18,9 @@ from renderer.transport.transport import Transport, compute_transport
 
 Progress = Callable[[str], None]
 
-COARSER = 2.0
+CHEAP = 4000
+"""Patches that a finer mesh may have without a second thought."""
+COARSER = 1.5
 """Largest patch of one mesh over that of another, in area, for them to tell the mesh error."""
 
 
@@ -171,18 +173,21 @@ class Solution:
         """95 % half-width of a reading [lx]; estimated in RGB, which costs little."""
         fine, other = self._family
         at_other = make_meter(other[0].transport, position, normal, where)
-        finer = other[0].plan.patch_size < self.plan.patch_size
+        ratio = other[0].plan.patch_size / self.plan.patch_size
         return half_width(fine[0].read_lx(meter), other[0].read_lx(at_other),
                           np.array([sample.read_lx(meter) for sample in fine[1:]]),
-                          np.array([sample.read_lx(at_other) for sample in other[1:]]), finer)
+                          np.array([sample.read_lx(at_other) for sample in other[1:]]), ratio)
 
     @cached_property
     def _family(self) -> tuple[list["Solution"], list["Solution"]]:
         """This scene in RGB, as it is and on another mesh: solved with all rays, then with each sample."""
         plan = self.plan.times(2)
         other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
-        if COARSER * self.transport.mesh.area.max() > other.mesh.area.max():
-            plan = self.plan.times(1 / 8)  # what has one patch a wall cannot be coarser, only finer
+        own = self.transport.mesh
+        if COARSER * own.area.max() > other.mesh.area.max():
+            # What has one patch a wall cannot be coarser, only finer: as far as that is cheap.
+            parts = next((k for k in (8, 4) if len(own.patches) * k * k < CHEAP), 2)
+            plan = self.plan.times(1 / parts)
             other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
 
         def solved(plan: Plan, transport: Transport) -> list[Solution]:

@@ -12,12 +12,13 @@ ROUNDING = 1e-6
 
 
 def half_width(fine: np.ndarray, other: np.ndarray, fine_samples: np.ndarray, other_samples: np.ndarray,
-               finer: bool) -> float:
+               ratio: float) -> float:
     """95 % half-width [lx] of a reading, from what each surface sends to the meter (n_surfaces,) [lx].
 
-    fine, other : on the mesh that is read and on one with patches twice as long (or, if
-    `finer`, an eighth); fine_samples, other_samples : (k, n_surfaces) the same from independent
-    samples, none where nothing is sampled.
+    fine, other : on the mesh that is read and on one whose patches are `ratio` times as long: twice,
+    or, where they cannot be longer, a half to an eighth
+    fine_samples, other_samples : (k, n_surfaces) the same from independent samples, none where
+    nothing is sampled
 
     Mesh: how far the reading moves between the two meshes, and how far each surface's part of it
     does, so that surfaces that cancel by accident are not taken for agreement; in quadrature. With
@@ -36,5 +37,5 @@ def half_width(fine: np.ndarray, other: np.ndarray, fine_samples: np.ndarray, ot
     apart = fine - other
     moved = max(0.0, apart.sum() ** 2 - own - others)
     moved += max(0.0, (apart**2 - own_parts - other_parts).sum())
-    mesh = np.sqrt(moved) * (8 / 7 if finer else 1.0)  # of order 1
+    mesh = np.sqrt(moved) / abs(ratio - 1)  # of order 1: the error is in proportion to the length
     return float(np.hypot(mesh, STUDENT * np.sqrt(own)) + ROUNDING * fine.sum())

@@ -19,6 +19,8 @@ MOUNTED = 0.005
 the little light that would enter the gap is left out, its face covers that part of the surface."""
 GRADING = 0.8
 """0 divides a rectangle evenly; 1 as cos, finest where light changes fastest: at edges."""
+NEAREST_LAMP = 64
+"""Near a lamp, patches are this much smaller than elsewhere, at the most."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +189,7 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
             sheets.append((first_face + index, luminaire))
     touch = COPLANAR * float(scene.size.max())
     rectangles = [(index, name, face) for index, (name, face) in enumerate(scene.room.items())]
-    builder = _Builder(patch_size, touch)
+    builder = _Builder(patch_size, touch, luminaires)
     loose = []
     for index, solid in enumerate(scene.solids, start=len(scene.room)):
         flats, triangles = flat_parts(solid.mesh)
@@ -210,9 +212,10 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
 
 
 class _Builder:
-    def __init__(self, patch_size: float, touch: float):
+    def __init__(self, patch_size: float, touch: float, luminaires: list[Luminaire]):
         self.patch_size = patch_size
         self.touch = touch
+        self.luminaires = luminaires
         self.vertices, self.patches, self.surface = [], [], []
         self.vertex_surface, self.twin = [], []
         self.n_vertices = self.n_patches = 0
@@ -230,7 +233,7 @@ class _Builder:
                       covers: list[Mounting]) -> None:
         us = self.divisions(rectangle.corner, rectangle.u, rectangle.v, rectangle.normal, outlines)
         vs = self.divisions(rectangle.corner, rectangle.v, rectangle.u, rectangle.normal, outlines)
-        vertices, patches = grid(rectangle, us, vs)
+        vertices, patches = self.divided(rectangle, us, vs)
         surface = np.full(len(patches), index)
         middles = vertices[patches].mean(axis=1)
         for cover in covers:
@@ -238,6 +241,17 @@ class _Builder:
             s, t = (middles - o) @ e / (e @ e), (middles - o) @ f / (f @ f)
             surface[(s > 0) & (s < 1) & (t > 0) & (t < 1)] = cover.surface
         self.add(vertices, patches, surface, index)
+
+    def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs`, and finer near lamps."""
+        s, t = (np.column_stack([x[:-1], x[1:]]) for x in (us, vs))
+        cells = np.concatenate([np.repeat(s, len(t), axis=0), np.tile(t, (len(s), 1))], axis=1)
+        finer = self.toward_lamps(rectangle, cells)
+        if len(finer) == len(cells):
+            return grid(rectangle, us, vs)
+        corners = finer[:, [[0, 2], [1, 2], [1, 3], [0, 3]]].reshape(-1, 2)
+        places, index = np.unique(corners, axis=0, return_inverse=True)
+        return rectangle.corner + places @ np.stack([rectangle.u, rectangle.v]), index.reshape(-1, 4)
 
     def divisions(self, corner, along, across, normal, outlines) -> np.ndarray:
         """Where a rectangle is cut along one edge (k,), 0 to 1: at what touches it, and between."""
@@ -262,6 +276,31 @@ class _Builder:
             graded = (1 - GRADING) * even + GRADING * (1 - np.cos(np.pi * even)) / 2
             pieces.append(start + (end - start) * graded)
         return np.concatenate(pieces) / length
+
+    def toward_lamps(self, rectangle: Rectangle, cells: np.ndarray) -> np.ndarray:
+        """Cells (m, 4) of a rectangle, s and t from and to, quartered until none is longer than it is
+        far from a lamp that lights the rectangle: near a lamp, light varies over that distance."""
+        sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
+        axes = np.stack([rectangle.u / sides[0], rectangle.v / sides[1], rectangle.normal])
+        smallest = self.patch_size / NEAREST_LAMP
+        for lum in self.luminaires:
+            points = lum.center[None] if lum.outline is None else np.vstack([lum.center, lum.outline])
+            points = (points - rectangle.corner) @ axes.T
+            lit = ((rectangle.corners - lum.center) @ lum.normal).max() > self.touch
+            if points[:, 2].max() <= self.touch or (lum.lambertian and not lit):
+                continue
+            for point in points:
+                while True:
+                    beside = [np.maximum(np.maximum(cells[:, i] * side - x, x - cells[:, i + 1] * side), 0.0)
+                              for i, side, x in zip((0, 2), sides, point[:2], strict=True)]
+                    away = np.sqrt(beside[0] ** 2 + beside[1] ** 2 + point[2] ** 2)
+                    length = np.maximum((cells[:, 1] - cells[:, 0]) * sides[0],
+                                        (cells[:, 3] - cells[:, 2]) * sides[1])
+                    long = length > 1.01 * np.maximum(away, smallest)
+                    if not long.any():
+                        break
+                    cells = np.vstack([cells[~long], _quartered(cells[long])])
+        return cells
 
     def add_triangles(self, index: int, triangles: np.ndarray) -> None:
         if not len(triangles):
@@ -296,6 +335,14 @@ class _Builder:
                                               self.vertex_surface, self.twin))
         mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, bounds)
         return replace(mesh, covered=covered_by_contact(mesh, faces, self.touch))
+
+
+def _quartered(cells: np.ndarray) -> np.ndarray:
+    """Each cell (m, 4), s and t from and to, divided into four (4m, 4)."""
+    a, b, c, d = cells.T
+    s, t = (a + b) / 2, (c + d) / 2
+    return np.concatenate([np.column_stack(quarter) for quarter in (
+        (a, s, c, t), (s, b, c, t), (s, b, t, d), (a, s, t, d))])
 
 
 def covered_by_contact(mesh: Mesh, faces: list[tuple[int, Rectangle]], touch: float) -> np.ndarray:
