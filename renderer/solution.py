@@ -171,16 +171,15 @@ class Solution:
 
     def _half_width(self, meter: Meter, position, normal, where) -> float:
         """95 % half-width of a reading [lx]; estimated in RGB, which costs little."""
-        fine, other = self._family
-        at_other = make_meter(other[0].transport, position, normal, where)
-        ratio = other[0].plan.patch_size / self.plan.patch_size
-        return half_width(fine[0].read_lx(meter), other[0].read_lx(at_other),
-                          np.array([sample.read_lx(meter) for sample in fine[1:]]),
-                          np.array([sample.read_lx(at_other) for sample in other[1:]]), ratio)
+        fine, samples, other = self._family
+        at_other = make_meter(other.transport, position, normal, where)
+        return half_width(fine.read_lx(meter), other.read_lx(at_other),
+                          np.array([sample.read_lx(meter) for sample in samples]),
+                          other.plan.patch_size / self.plan.patch_size)
 
     @cached_property
-    def _family(self) -> tuple[list["Solution"], list["Solution"]]:
-        """This scene in RGB, as it is and on another mesh: solved with all rays, then with each sample."""
+    def _family(self) -> tuple["Solution", list["Solution"], "Solution"]:
+        """This scene in RGB: as it is, with each sample of the rays, and on another mesh."""
         plan = self.plan.times(2)
         other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
         own = self.transport.mesh
@@ -189,12 +188,11 @@ class Solution:
             parts = next((k for k in (8, 4) if len(own.patches) * k * k < CHEAP), 2)
             plan = self.plan.times(1 / parts)
             other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
-
-        def solved(plan: Plan, transport: Transport) -> list[Solution]:
-            samples = [None, *range(len(transport.exchange.replicas))]
-            return [_solve_on(self.scene, band_set("rgb"), plan, self.rooms, transport, k) for k in samples]
-
-        return solved(self.plan, self.transport), solved(plan, other)
+        bands = band_set("rgb")
+        samples = [solve_on(self.scene, bands, self.plan, self.rooms, self.transport, k)
+                   for k in range(len(self.transport.exchange.replicas))]
+        return (solve_on(self.scene, bands, self.plan, self.rooms, self.transport), samples,
+                solve_on(self.scene, bands, plan, self.rooms, other))
 
 
 def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
@@ -213,11 +211,12 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
     plan = make_plan(scene, accuracy, settings.patch_size)
     transport = rooms.transport(scene, plan, seed, progress)
     progress(f"{scene.title}: interreflections, {bands or settings.bands} bands")
-    return _solve_on(scene, band_set(bands or settings.bands), plan, rooms, transport)
+    return solve_on(scene, band_set(bands or settings.bands), plan, rooms, transport)
 
 
-def _solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport,
+def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport,
               sample: int | None = None) -> Solution:
+    """Solve a scene on a transport already computed; with one independent sample of the rays, if given."""
     started = time.perf_counter()
     exchange = transport.exchange if sample is None else transport.exchange.replicas[sample]
     direct = transport.direct if sample is None else transport.direct_parts[sample]
