@@ -116,10 +116,17 @@ def _show(title: str, columns: list[str], rows: list[list[str]]) -> None:
 
 def _warn(solution, readings: list, asked: float) -> None:
     """Say on stderr what a run did not reach."""
+    from renderer.report import escaped
+
     for r in readings:
         if r.uncertainty > asked * r.total_lx:
             _say(NOT_REACHED.format(scene=solution.scene.title, name=r.name, asked=asked,
                                     total=r.total_lx, got=r.uncertainty))
+    for hole in escaped(solution):
+        at = ", ".join(f"{x:.4g}" for x in hole["middle"])
+        _say(f"warning: {solution.scene.title}: the room is open: {hole['escaping_lm']:.4g} lm escape "
+             f"through {hole['name']!r}, {hole['area_m2']:.3g} m² around [{at}]; close it in the mesh if it "
+             "is no window.")
     exchange, mesh = solution.transport.exchange, solution.transport.mesh
     if exchange.closure_error > LEAK:
         surface = solution.scene.surfaces[mesh.surface[exchange.worst_patch]]

@@ -3,10 +3,12 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+import trimesh
 
 from renderer.errors import InputError
+from renderer.scene.flat import Parts
 from renderer.scene.reading import Scene
-from renderer.transport.mesh import MOUNTED, mounting
+from renderer.transport.mounting import MOUNTED, mounting
 
 PATCHES_AT_1_PERCENT = 1280
 """Patches of an empty room for 1 %; the error falls as 1/patches (docs/verification.md)."""
@@ -37,20 +39,19 @@ class Plan:
 
 def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
     """The cheapest way to the accuracy asked, or with the patch size asked. Raises InputError."""
-    size = scene.size
-    area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
-    area += sum(solid.mesh.area for solid in scene.solids)
+    area = scene.room.area + sum(solid.mesh.area for solid in scene.solids)
     wanted = PATCHES_AT_1_PERCENT * 0.01 / accuracy
-    h = min(patch_size or float(np.sqrt(area / np.clip(wanted, 96, 10_000))), float(size.max()))
-    count = sum(float(np.ceil(a / h) * np.ceil(b / h)) for a, b in
-                [(size[0], size[1]), (size[1], size[2]), (size[2], size[0])]) * 2
-    count += sum(max(len(s.mesh.faces) / 2, s.mesh.area / h**2) for s in scene.solids)
+    h = min(patch_size or float(np.sqrt(area / np.clip(wanted, 96, 10_000))), scene.room.scale)
+    count = sum(_patches(parts, h) for parts in scene.room.surfaces.values())
+    count += sum(_patches(solid.parts, h) for solid in scene.solids)
     if count > MAX_PATCHES:
         fits = float(np.sqrt(area / MAX_PATCHES))
         raise InputError(f"{scene.path}: solver.patch_size is {h:g}; that makes about {count:.3g} "
                          f"patches, and at most {MAX_PATCHES} are allowed. Use {fits:.2g} or more.")
     free = [lum.name for index, lum in enumerate(scene.faces) if not mounting(scene, lum, index)]
     in_the_way = [solid.name for solid in scene.solids] + free
+    if not scene.room.convex:
+        in_the_way.insert(0, "corners of the room")
     reasons = []
     if not in_the_way and count <= MAX_PATCHES_DENSE:
         reasons.append("nothing can stand between two patches: exact factors, no ray is cast")
@@ -64,3 +65,10 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
         reasons.append("luminaires mounted on a surface cover it; the light in a gap below "
                        f"{MOUNTED:.1%} of their size is left out")
     return Plan(h, rays, tuple(reasons))
+
+
+def _patches(parts: Parts, h: float) -> float:
+    """About how many patches of size h [m] a surface is divided into."""
+    count = sum(np.ceil(np.linalg.norm(r.u) / h) * np.ceil(np.linalg.norm(r.v) / h) for r in parts.rectangles)
+    count += sum(np.ceil(p.shape.area / h**2) for p in parts.polygons)
+    return float(count + np.maximum(1, trimesh.triangles.area(parts.triangles) / h**2).sum())

@@ -25,10 +25,23 @@ def reading_record(reading: Reading) -> dict:
     }
 
 
+def escaped(solution: Solution) -> list[dict]:
+    """What leaves the room through each hole of its mesh [lm], and where that is; [] for a closed room."""
+    found = []
+    for hole in solution.scene.room.openings:
+        mesh, areas = solution.transport.mesh, solution.transport.exchange.areas
+        patch = mesh.surface == solution.scene.surfaces.index(hole.name)
+        lumens = float(areas[patch] @ (solution.irradiance[patch] @ solution.bands.luminous))
+        found.append({"name": hole.name, "middle": [float(x) for x in hole.middle],
+                      "area_m2": hole.area, "escaping_lm": lumens})
+    return found
+
+
 def solution_record(solution: Solution, readings: list[Reading], accuracy: float,
                     seconds: float) -> dict:
     """A whole run: its readings, and how far its laws hold."""
     transport = solution.transport
+    holes = escaped(solution)
     return {
         "scene": solution.scene.title,
         "bands": solution.bands.name,
@@ -39,6 +52,7 @@ def solution_record(solution: Solution, readings: list[Reading], accuracy: float
         "reciprocity_error": transport.exchange.reciprocity_error,
         "energy_balance_error": solution.energy_balance_error,
         "rays": transport.rays,
+        **({"openings": holes} if holes else {}),
         "bands_solved": solution.bands_solved,
         "seconds": {"form_factors": transport.seconds, "solve": solution.seconds, "total": seconds},
     }

@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 import renderer
-from renderer.scene.geometry import flat_parts, object_mesh
+from renderer.scene.flat import flat_parts
+from renderer.scene.geometry import object_mesh
 from renderer.scene.reading import packaged_scenes
 from renderer.transport.mesh import build_mesh
 
@@ -43,7 +44,7 @@ REFUSED = [
     ("size = [5.4, 5.4, 3.0]", "size = [5.4, -5.4, 3.0]", ["room.size", "-5.4", "greater than"]),
     ("size = [5.4, 5.4, 3.0]", "size = [5.4, inf, 3.0]", ["room.size", "inf", "finite"]),
     ("size = [5.4, 5.4, 3.0]", "size = [5.4, 5.4]", ["room.size"]),
-    ("size = [5.4, 5.4, 3.0]", "", ["room.size", "missing"]),
+    ("size = [5.4, 5.4, 3.0]", "", ["room.size", "missing", "outline", "mesh"]),
     ("[room]", "[rooms]", ["rooms", "did you mean 'room'"]),
     ("flux = 4000", "flux = -1", ["luminaires[0].flux", "-1"]),
     ("flux = 4000", "flux = nan", ["luminaires[0].flux", "nan"]),
@@ -56,7 +57,7 @@ REFUSED = [
     ("normal = [0, 0, -1]", "normal = [0, 0, 0]", ["normal", "direction"]),
     ("up = [1, 0, 0]", "up = [0, 0, 1]", ["up lies along normal"]),
     ('spectrum = "D65"', 'spectrum = "D66"', ["luminaires[0].spectrum", "D66", "Nearest"]),
-    ("size = [5.4, 5.4, 3.0]", 'mesh = "room.obj"', ["room.mesh", "not read by this version"]),
+    ("size = [5.4, 5.4, 3.0]", 'mesh = "room.obj"', ["room.mesh", "room.obj", "no file"]),
     ('shape = "rectangle"', 'shape = "ies"', ["ies", "not read by this version"]),
     ("position = [2.7, 2.7, 0.0]", "position = [2.7, 2.7, -0.5]", ["photometers[0]", "outside"]),
     ("position = [2.7, 2.7, 0.0]\nnormal = [0, 0, 1]", "position = [2.7, 2.7, 0.0]\nnormal = [0, 0, 0]",
@@ -159,10 +160,10 @@ def test_a_mesh_becomes_an_object(tmp_path, suffix):
                     'position = [1, 1, 0]\nmaterial = "grey"\n')
     solid = renderer.load(path).solids[0].mesh
     np.testing.assert_allclose(solid.bounds, [[1, 1, 0], [2, 1.5, 0.25]], atol=1e-6)
-    rectangles, rest = flat_parts(solid)
-    assert len(rectangles) == 6
-    assert not len(rest)
-    assert all(((r.corners.mean(axis=0) - solid.centroid) @ r.normal) > 0 for r in rectangles)
+    parts = flat_parts(solid)
+    assert len(parts.rectangles) == 6
+    assert not len(parts.polygons) + len(parts.triangles)
+    assert all(((r.corners.mean(axis=0) - solid.centroid) @ r.normal) > 0 for r in parts.rectangles)
 
 
 @pytest.mark.parametrize("cuts", [0, 2, 3])
@@ -170,9 +171,9 @@ def test_a_rectangle_is_one_however_it_was_tessellated(cuts):
     solid = object_mesh("box", (1.0, 2.0, 3.0), (0, 0, 0), 30.0)
     for _ in range(cuts):
         solid = solid.subdivide()
-    rectangles, rest = flat_parts(solid)
-    assert len(rectangles) == 6
-    assert len(rest) == 0
+    parts = flat_parts(solid)
+    assert len(parts.rectangles) == 6
+    assert not len(parts.polygons) + len(parts.triangles)
 
 
 def test_patches_cover_every_surface_once_and_face_inward(room):

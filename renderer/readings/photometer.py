@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.errors import InputError
+from renderer.scene import rooms
 from renderer.scene.luminaires import Luminaire
-from renderer.scene.reading import INSIDE
 from renderer.transport.contour import HORIZON, polygon_factors
 from renderer.transport.direct import direct_at
 from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
@@ -83,11 +83,7 @@ def off_surfaces(transport: Transport, position: np.ndarray, facing: np.ndarray)
 
 def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> None:
     """Raise InputError for a point outside the room."""
-    slack = INSIDE * transport.mesh.scale
-    low, high = transport.mesh.bounds
-    if (position < low - slack).any() or (position > high + slack).any():
-        raise InputError(f"{where}: position {_short(position)} is outside the room, which reaches "
-                         f"from {_short(low)} to {_short(high)} m. Move it into the room.")
+    rooms.refuse_outside(transport.room, position, f"{where}: position", "Move it into the room")
 
 
 def refuse_inside(transport: Transport, position: np.ndarray, where: str) -> None:

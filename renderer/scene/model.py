@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from renderer.colour.bands import BAND_SETS
 from renderer.colour.upsampling import UPSAMPLING
+from renderer.scene.meshes import UNITS
 
 FARTHEST = 1e9
 """Largest coordinate or length [m]; the smallest length is its inverse."""
@@ -36,21 +37,47 @@ def has_length(direction: Vector) -> bool:
 
 
 class RoomTable(Table):
-    """The inside of a closed box with one corner at the origin."""
+    """The inside of a closed box with one corner at the origin, of an outline, or of a mesh."""
 
-    size: tuple[Positive, Positive, Positive]
-    floor: str
+    size: tuple[Positive, Positive, Positive] | None = None
+    outline: Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=1000)] | None = None
+    height: Positive | None = None
+    mesh: str | None = None
+    units: Literal[tuple(UNITS)] | None = None
+    up: Literal["z", "y"] | None = None
+    floor: str | None = None
     walls: str | None = None
-    ceiling: str
+    ceiling: str | None = None
     wall_x0: str | None = None
     wall_x1: str | None = None
     wall_y0: str | None = None
     wall_y1: str | None = None
+    surfaces: dict[str, str] = {}
 
     @model_validator(mode="after")
-    def _walls(self):
-        missing = [k for k in ("wall_x0", "wall_x1", "wall_y0", "wall_y1") if not getattr(self, k)]
-        if missing and not self.walls:
+    def _shape(self):
+        given = [key for key in ("size", "outline", "mesh") if getattr(self, key) is not None]
+        if len(given) != 1:
+            said = "its shape is missing" if not given else f"{' and '.join(given)} are given"
+            raise ValueError(f"{said}; give one of room.size, room.outline with room.height, and room.mesh")
+        shape = given[0]
+        of_box = [f"wall_{side}" for side in ("x0", "x1", "y0", "y1")]
+        for keys, owner in ((of_box, "size"), (["height"], "outline"), (["units", "up"], "mesh")):
+            unused = [k for k in keys if getattr(self, k) is not None and shape != owner]
+            if unused:
+                raise ValueError(f"{unused[0]} is given; only a room with {owner} takes it. "
+                                 + ("Name a wall in [room.surfaces]" if owner == "size" else "Remove it"))
+        if self.surfaces and shape == "size":
+            raise ValueError("surfaces is given; the walls of a box are the keys wall_x0, wall_x1, wall_y0 "
+                             "and wall_y1. Use those")
+        if shape == "outline" and self.height is None:
+            raise ValueError("height is missing; an outline needs it, in metres")
+        if shape != "mesh":
+            for key in ("floor", "ceiling"):
+                if getattr(self, key) is None and key not in self.surfaces:
+                    raise ValueError(f"{key} is missing; give the name of its material")
+        missing = [k for k in of_box if not getattr(self, k)]
+        if shape == "size" and missing and not self.walls:
             raise ValueError(f"{missing[0]} has no material; give it, or give walls for all four")
         return self
 
@@ -122,6 +149,8 @@ class ObjectTable(Table):
     name: str = "object"
     shape: Literal["box", "cylinder", "sphere"] | None = None
     mesh: str | None = None
+    units: Literal[tuple(UNITS)] | None = None
+    up: Literal["z", "y"] | None = None
     scale: Positive | None = None
     position: Vector
     size: tuple[Positive, Positive, Positive] | None = None
@@ -135,8 +164,9 @@ class ObjectTable(Table):
             raise ValueError("size is missing; give the extents in metres, [x, y, z]")
         if self.mesh and self.size is not None:
             raise ValueError("size is given; a mesh takes scale instead")
-        if self.shape and self.scale is not None:
-            raise ValueError("scale is given; only a mesh takes it. Change size instead")
+        for key in ("scale", "units", "up"):
+            if self.shape and getattr(self, key) is not None:
+                raise ValueError(f"{key} is given; only a mesh takes it. Change size instead")
         return self
 
 

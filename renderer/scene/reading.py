@@ -16,18 +16,21 @@ from renderer.colour.lamps import band_flux, correlated, illuminant
 from renderer.colour.materials import Material, munsell_chip, srgb_to_linear
 from renderer.colour.spectrum import Spectrum, read_spectrum
 from renderer.errors import InputError
-from renderer.scene.geometry import ROOM_SURFACES, Rectangle, object_mesh, room_rectangles
+from renderer.scene.flat import Parts, flat_parts
+from renderer.scene.geometry import object_mesh
 from renderer.scene.luminaires import Luminaire, make_luminaire
+from renderer.scene.mesh_rooms import mesh_room
+from renderer.scene.meshes import UNITS
 from renderer.scene.model import (
     CameraTable,
     MaterialTable,
     PhotometerTable,
+    RoomTable,
     SceneTable,
     SolverTable,
 )
+from renderer.scene.rooms import Room, box_room, outline_room, refuse_outside, spelt, winding
 
-INSIDE = 1e-9
-"""A point this far outside, relative to the room's longest side, still counts as inside."""
 REACH = (420, 680)
 """Wavelengths [nm] a measured reflectance must reach; most files stop at 400 and 700."""
 STAND_OFF = 4e-6
@@ -35,8 +38,7 @@ STAND_OFF = 4e-6
 longest side: some 60 times what rays resolve there, and 20 µm in a room of 5 m."""
 NOISE = 0.005
 """Measured reflectances may pass 0 or 1 by this much; they are set to 0 or 1."""
-LATER = {"outline": "room.size", "height": "room.size", "mesh": "room.size",
-         "array": "one table each", "photometer_grids": "photometers",
+LATER = {"array": "one table each", "photometer_grids": "photometers",
          "ies": "rectangle, disc or point"}
 """Keys of the format that this version does not read yet, and what to use meanwhile."""
 
@@ -48,22 +50,26 @@ class Solid:
     name: str
     mesh: trimesh.Trimesh
 
+    @cached_property
+    def parts(self) -> Parts:
+        """Its flat parts."""
+        return flat_parts(self.mesh)
+
 
 @dataclass(frozen=True)
 class Scene:
     """A room ready to be solved.
 
-    size : (3,) [m]; room : its inner faces by name; solids : the objects in it
+    room : its inner surfaces; solids : the objects in it
     surfaces : names of everything that has a material or is a luminaire's face, in this order:
-        the room's faces, the solids, the luminaires with area (black)
-    materials : one Material per room face and solid
+        the room's surfaces, the solids, the luminaires with area (black)
+    materials : one Material per surface of the room and solid
     lamps : relative spectral power, one per luminaire
     """
 
     title: str
     path: Path
-    size: np.ndarray
-    room: dict[str, Rectangle]
+    room: Room
     solids: list[Solid]
     materials: list[Material]
     luminaires: list[Luminaire]
@@ -73,9 +79,14 @@ class Scene:
     solver: SolverTable
 
     @property
+    def size(self) -> np.ndarray:
+        """The room's extents (3,) [m]."""
+        return np.ptp(self.room.bounds, axis=0)
+
+    @property
     def surfaces(self) -> list[str]:
         """Names of all surfaces (n_surfaces,)."""
-        return [*self.room, *(s.name for s in self.solids), *(lum.name for lum in self.faces)]
+        return [*self.room.surfaces, *(s.name for s in self.solids), *(lum.name for lum in self.faces)]
 
     @property
     def faces(self) -> list[Luminaire]:
@@ -97,7 +108,7 @@ class Scene:
     @cached_property
     def geometry_key(self) -> str:
         """What the form factors depend on: equal for a grey and a red room of one shape."""
-        parts = [self.size]
+        parts = [self.room.shell, np.array([len(p.shell) for p in self.room.surfaces.values()])]
         for solid in self.solids:
             parts += [solid.mesh.vertices, solid.mesh.faces]
         for lum in self.luminaires:
@@ -196,7 +207,6 @@ def _known_keys(where: list) -> list[str]:
 
 
 def _resolve(table: SceneTable, path: Path) -> Scene:
-    size = np.array(table.room.size)
     materials = {name: _material(name, m, table.solver.upsampling, path)
                  for name, m in table.materials.items()}
 
@@ -208,29 +218,28 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
                              f"{hint}")
         return materials[name]
 
-    room = room_rectangles(table.room.size)
-    faces = []
-    for name in ROOM_SURFACES:
-        key = name if getattr(table.room, name) is not None else "walls"
-        faces.append(used(getattr(table.room, key), f"room.{key}"))
+    room = _room(table.room, list(materials), path)
+    size, (lowest, highest) = np.ptp(room.bounds, axis=0), room.bounds
+    faces = _room_materials(table.room, room, used, path)
     solids, of_solids = [], []
     for index, entry in enumerate(table.objects):
         where = f"{path}: objects[{index}]"
         file = path.parent / entry.mesh if entry.mesh else None
-        mesh = object_mesh(entry.shape, entry.size, entry.position, entry.rotation, file,
-                           entry.scale or 1.0, f"{where}.mesh")
+        scale = (entry.scale or 1.0) * UNITS[entry.units or "m"]
+        mesh = object_mesh(entry.shape, entry.size, entry.position, entry.rotation, file, scale,
+                           entry.up or "z", f"{where}.mesh")
         low, high = mesh.bounds
         thin = 2 * STAND_OFF * float(size.max())
         if (high - low).min() < thin and entry.mesh is None:
             raise InputError(f"{where} {entry.name!r} is {(high - low).min():.3g} m thin; in a room of "
                              f"{size.max():g} m rays resolve {thin:.2g} m. Make it thicker.")
-        if (high <= 0).any() or (low >= size).any():
+        if (low <= lowest).all() and (high >= highest).all():
+            raise InputError(f"{where} {entry.name!r} fills the whole room, from {spelt(low)} to "
+                             f"{spelt(high)}. Make it smaller.")
+        if (high <= lowest).any() or (low >= highest).any() or _apart(mesh, room):
             raise InputError(f"{where} {entry.name!r} lies wholly outside the room, from "
-                             f"{_point(low)} to {_point(high)}; the room reaches from [0, 0, 0] "
-                             f"to {_point(size)}. Move it.")
-        if (low <= 0).all() and (high >= size).all():
-            raise InputError(f"{where} {entry.name!r} fills the whole room, from {_point(low)} to "
-                             f"{_point(high)}. Make it smaller.")
+                             f"{spelt(low)} to {spelt(high)}; the room reaches from {spelt(lowest)} "
+                             f"to {spelt(highest)}. Move it.")
         solids.append(Solid(entry.name, mesh))
         of_solids.append(used(entry.material, f"objects[{index}].material"))
     luminaires, lamps = [], []
@@ -240,18 +249,17 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
             luminaire = make_luminaire(entry)
         except ValueError as error:
             raise InputError(f"{where}: {error}.") from None
-        points = luminaire.center[None] if luminaire.outline is None else luminaire.outline
-        for point in points:
-            _inside(point, size, f"{where} {entry.name!r} reaches", "Move or shrink it")
+        for point in _rim(luminaire):
+            refuse_outside(room, point, f"{where} {entry.name!r} reaches", "Move or shrink it")
         luminaires.append(luminaire)
         lamps.append(_lamp(entry, path, where))
     for index, entry in enumerate(table.photometers):
-        _inside(np.array(entry.position), size, f"{path}: photometers[{index}].position is",
-                "Move it into the room")
+        refuse_outside(room, np.array(entry.position), f"{path}: photometers[{index}].position is",
+                       "Move it into the room")
     if table.camera is not None:
-        _inside(np.array(table.camera.position), size, f"{path}: camera.position is",
-                "Move it into the room")
-    return Scene(table.title, path, size, room, solids, faces + of_solids, luminaires, lamps,
+        refuse_outside(room, np.array(table.camera.position), f"{path}: camera.position is",
+                       "Move it into the room")
+    return Scene(table.title, path, room, solids, faces + of_solids, luminaires, lamps,
                  table.photometers, table.camera, table.solver)
 
 
@@ -291,12 +299,55 @@ def _lamp(table, path: Path, where: str) -> Spectrum:
     return Spectrum(spectrum.nm, np.clip(spectrum.values, 0, None) / (peak or 1.0))
 
 
-def _inside(point: np.ndarray, size: np.ndarray, what: str, remedy: str) -> None:
-    slack = INSIDE * size.max()
-    if (point < -slack).any() or (point > size + slack).any():
-        raise InputError(f"{what} {_point(point)}, outside the room, which reaches from [0, 0, 0] "
-                         f"to {_point(size)} m. {remedy}.")
+def _room(table: RoomTable, materials: list[str], path: Path) -> Room:
+    if table.size is not None:
+        return box_room(table.size)
+    if table.outline is not None:
+        return outline_room(table.outline, table.height, f"{path}: room")
+    return mesh_room(path.parent / table.mesh, UNITS[table.units or "m"], table.up or "z",
+                     list(table.surfaces), materials, f"{path}: room.mesh")
 
 
-def _point(xyz: np.ndarray) -> str:
-    return "[" + ", ".join(f"{x:.6g}" for x in xyz) + "]"
+def _room_materials(table: RoomTable, room: Room, used, path: Path) -> list[Material]:
+    """The material of each of the room's surfaces: its own, else that of all walls."""
+    for name in table.surfaces:
+        if name not in room.surfaces and table.outline is not None:
+            raise InputError(f"{path}: room.surfaces.{name} is no surface of the room; it has "
+                             f"{_listed(list(room.surfaces))}.")
+    holes = {hole.name for hole in room.openings}
+    materials = []
+    for name in room.surfaces:
+        if name in table.surfaces:
+            materials.append(used(table.surfaces[name], f"room.surfaces.{name}"))
+        elif name in holes:
+            materials.append(Material(name, flat=0.0))
+        elif name not in ("floor", "ceiling", "walls") and table.mesh is not None:
+            materials.append(used(name, f"room.mesh's {name}"))
+        else:
+            key = name if getattr(table, name, None) or name in ("floor", "ceiling") else "walls"
+            if getattr(table, key) is None:
+                raise InputError(f"{path}: room.{key} is missing; the room has such surfaces that "
+                                 "room.surfaces does not name. Give the name of their material.")
+            materials.append(used(getattr(table, key), f"room.{key}"))
+    return materials
+
+
+def _rim(luminaire: Luminaire) -> np.ndarray:
+    """Points (k, 3) [m] along a luminaire's edge: its ends may be in two arms of a room and it not."""
+    if luminaire.outline is None:
+        return luminaire.center[None]
+    part = np.arange(8)[:, None, None] / 8
+    return ((1 - part) * luminaire.outline + part * np.roll(luminaire.outline, -1, axis=0)).reshape(-1, 3)
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names if len(names) <= 8 else [*names[:4], "…", names[-1]])
+
+
+def _apart(solid: trimesh.Trimesh, room: Room) -> bool:
+    """Whether no place on a solid is in a room; a convex room has been asked by its bounds."""
+    vertices, faces = solid.vertices, solid.faces
+    while len(faces) < 200:
+        vertices, faces = trimesh.remesh.subdivide(vertices, faces)
+    points = np.concatenate([vertices, vertices[faces].mean(axis=1)])
+    return bool((winding(points, room.shell) < 0.5).all())

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.transport.mesh import Mesh
+from renderer.transport.patches import Mesh
 from renderer.transport.visibility import in_threads
 
 HORIZON = 2e-9
@@ -97,11 +97,20 @@ class Edges:
 
 
 def mesh_edges(mesh: Mesh) -> Edges:
-    """The edges (n_edges, 2), each patch's four of them (n_patches, 4), and their direction."""
-    pairs = np.stack([mesh.patches, np.roll(mesh.patches, -1, axis=1)], axis=-1).reshape(-1, 2)
-    ends, index = np.unique(np.sort(pairs, axis=1), axis=0, return_inverse=True)
-    sign = np.where(pairs[:, 0] <= pairs[:, 1], 1.0, -1.0)
-    return Edges(ends, index.reshape(-1, 4), sign.reshape(-1, 4))
+    """The edges (n_edges, 2), each patch's four of them (n_patches, 4), and their direction.
+
+    Vertices in one place are one here: facets of a curved surface share their edges too. The fourth edge
+    of a triangle has no length and the sign 0.
+    """
+    _, first, place = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
+    patches = first[place.ravel()][mesh.patches]
+    pairs = np.stack([patches, np.roll(patches, -1, axis=1)], axis=-1).reshape(-1, 2)
+    real = pairs[:, 0] != pairs[:, 1]
+    ends, index = np.unique(np.sort(pairs[real], axis=1), axis=0, return_inverse=True)
+    of_patch, sign = np.zeros(len(pairs), dtype=int), np.zeros(len(pairs))
+    of_patch[real] = index.ravel()
+    sign[real] = np.where(pairs[real, 0] < pairs[real, 1], 1.0, -1.0)
+    return Edges(ends, of_patch.reshape(-1, 4), sign.reshape(-1, 4))
 
 
 def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.ndarray:

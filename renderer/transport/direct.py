@@ -5,7 +5,7 @@ import numpy as np
 from renderer.scene.luminaires import Luminaire
 from renderer.transport.contour import exchange_areas, polygon_factors
 from renderer.transport.form_factors import Exchange
-from renderer.transport.mesh import Mesh
+from renderer.transport.patches import Mesh
 from renderer.transport.sampling import REPLICAS, Nets
 from renderer.transport.visibility import CHUNK, Visibility, in_threads
 

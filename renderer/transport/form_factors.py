@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
 from renderer.transport.contour import exchange_areas, frames, point_factors
-from renderer.transport.mesh import Mesh
+from renderer.transport.patches import Mesh
 from renderer.transport.sampling import REPLICAS, Nets, cosine_directions
 from renderer.transport.visibility import CHUNK, INSIDE, Visibility, in_threads
 

@@ -1,177 +1,27 @@
-"""Patches: the room's faces, the solids and the luminaires' faces, divided."""
+"""A scene divided into patches: the room's surfaces, the solids and the luminaires' faces."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import trimesh
 
-from renderer.errors import InputError
-from renderer.scene.geometry import Rectangle, flat_parts
+from renderer.scene.flat import Polygon
+from renderer.scene.geometry import Rectangle
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
+from renderer.transport.mounting import COPLANAR, Mounting, mounting
+from renderer.transport.patches import Mesh
+from renderer.transport.polygons import triangulated, without
 
-COPLANAR = 1e-7
-"""Distance from a plane, relative to the room's longest side, that counts as touching it."""
-MOUNTED = 0.005
-"""A luminaire this near to the face behind it, relative to its shorter side, is mounted on it:
-the little light that would enter the gap is left out, its face covers that part of the surface."""
 GRADING = 0.8
 """0 divides a rectangle evenly; 1 as cos, finest where light changes fastest: at edges."""
 NEAREST_LAMP = 64
 """Near a lamp, patches are this much smaller than elsewhere, at the most."""
-
-
-@dataclass(frozen=True)
-class Mesh:
-    """Flat patches, each a parallelogram or a triangle.
-
-    vertices : (n_vertices, 3) [m]; a vertex belongs to one flat part, so it has one normal
-    patches : (n_patches, 4) indices, counter-clockwise seen from the front; a triangle repeats
-        its last vertex
-    surface : (n_patches,) index into Scene.surfaces
-    vertex_surface : (n_vertices,) likewise
-    twin : (n_patches,) the patch on the other side of a sheet (a luminaire in mid-air), else -1
-    covered : (n_patches,) lies face to face on another surface, or again where one already is
-    obstacles : (m, 8, 3) corners of boxes around whatever stands in the room [m]
-    bounds : (2, 3) lowest and highest corner of the room [m]
-    """
-
-    vertices: np.ndarray
-    patches: np.ndarray
-    surface: np.ndarray
-    vertex_surface: np.ndarray
-    twin: np.ndarray
-    covered: np.ndarray
-    obstacles: np.ndarray
-    bounds: np.ndarray
-
-    @property
-    def scale(self) -> float:
-        """The room's longest side [m], what tolerances are relative to."""
-        return float(np.ptp(self.bounds, axis=0).max())
-
-    @property
-    def middle(self) -> np.ndarray:
-        """The room's middle (3,) [m]: coordinates are counted from it where digits are scarce."""
-        return self.bounds.mean(axis=0)
-
-    @cached_property
-    def corners(self) -> np.ndarray:
-        """Corners of each patch (n_patches, 4, 3) [m]."""
-        return self.vertices[self.patches]
-
-    @cached_property
-    def triangular(self) -> np.ndarray:
-        """Which patches are triangles (n_patches,)."""
-        return self.patches[:, 2] == self.patches[:, 3]
-
-    @cached_property
-    def u(self) -> np.ndarray:
-        """First edge of each patch (n_patches, 3) [m]."""
-        return self.corners[:, 1] - self.corners[:, 0]
-
-    @cached_property
-    def v(self) -> np.ndarray:
-        """Last edge, from the same corner (n_patches, 3) [m]."""
-        return self.corners[:, 3] - self.corners[:, 0]
-
-    @cached_property
-    def area(self) -> np.ndarray:
-        """Area of each patch (n_patches,) [m²]."""
-        cross = np.linalg.norm(np.cross(self.u, self.v), axis=1)
-        return np.where(self.triangular, cross / 2, cross)
-
-    @cached_property
-    def normal(self) -> np.ndarray:
-        """Unit normal of each patch (n_patches, 3)."""
-        cross = np.cross(self.u, self.v)
-        return cross / np.linalg.norm(cross, axis=1)[:, None]
-
-    @cached_property
-    def centroid(self) -> np.ndarray:
-        """Middle of each patch (n_patches, 3) [m]."""
-        return self.at(np.arange(len(self.patches)), *self.middle_st.T)
-
-    @cached_property
-    def middle_st(self) -> np.ndarray:
-        """Coordinates (s, t) of each patch's middle (n_patches, 2)."""
-        return np.where(self.triangular[:, None], 1 / 3, 1 / 2) * np.ones(2)
-
-    def at(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Points corner + s u + t v of the patches (k, 3) [m]; s and t from 0 to 1."""
-        return (self.corners[patch, 0] + s[..., None] * self.u[patch] + t[..., None] * self.v[patch])
-
-    def spread(self, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
-        """Points all over each patch (k, n, 3), evenly, from points of the unit square (k, n, 2)."""
-        s, t = square[..., 0], square[..., 1]
-        fold = self.triangular[patch][:, None] & (s + t > 1)
-        return self.at(patch[:, None], np.where(fold, 1 - s, s), np.where(fold, 1 - t, t))
-
-    def inside(self, patch: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The (s, t) of points on the patches' planes."""
-        u, v, offset = self.u[patch], self.v[patch], points - self.corners[patch, 0]
-        uu, uv, vv = _dot(u, u), _dot(u, v), _dot(v, v)
-        ou, ov = _dot(offset, u), _dot(offset, v)
-        det = uu * vv - uv * uv
-        return (ou * vv - ov * uv) / det, (ov * uu - ou * uv) / det
-
-    def weights(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Linear interpolation between a patch's four vertices (k, 4); its rows sum to 1."""
-        s, t = np.clip(s, 0, 1), np.clip(t, 0, 1)
-        quad = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
-        triangle = np.stack([1 - s - t, s, t, np.zeros_like(s)], axis=-1)
-        return np.where(self.triangular[patch][:, None], triangle, quad)
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.einsum("...i,...i->...", a, b)
-
-
-@dataclass(frozen=True)
-class Mounting:
-    """Where a luminaire covers part of a face: `face` names it, `outline` (4, 3) lies in it."""
-
-    face: str
-    outline: np.ndarray
-    surface: int
-
-
-def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | None:
-    """The room face that a rectangular luminaire is mounted on and aligned with, if any."""
-    lamp = luminaire.rectangle
-    if lamp is None:
-        return None
-    for name, face in scene.room.items():
-        gap = (luminaire.center - face.corner) @ face.normal
-        near = MOUNTED * min(np.linalg.norm(lamp.u), np.linalg.norm(lamp.v))
-        aligned = min(np.linalg.norm(np.cross(lamp.u, edge)) / np.linalg.norm(edge)
-                      for edge in (face.u, face.v)) < COPLANAR * np.linalg.norm(lamp.u)
-        if aligned and gap <= near and luminaire.normal @ face.normal > 1 - 1e-12:
-            return Mounting(name, lamp.corners - gap * face.normal, surface)
-    return None
-
-
-SHEET_OFF = 2e-5
-"""How far a luminaire that is not mounted stands off a wall, relative to the longest side."""
-
-
-def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
-    """A luminaire in a wall's plane but not mounted on it (a disc, a turned rectangle), moved off
-    it by more than the rays' tolerance, so that it is a sheet before the wall."""
-    if luminaire.outline is None or mounting(scene, luminaire, 0) is not None:
-        return luminaire
-    shift = np.zeros(3)
-    for face in scene.room.values():
-        gap = ((luminaire.outline - face.corner) @ face.normal).min()
-        if gap < SHEET_OFF * float(scene.size.max()) and luminaire.normal @ face.normal < -1 + 1e-9:
-            raise InputError(f"{scene.path}: luminaires {luminaire.name!r} faces the surface it lies on, "
-                             "so none of its light enters the room. Turn its normal round.")
-        shift += max(0.0, SHEET_OFF * float(scene.size.max()) - gap) * face.normal
-    rectangle = luminaire.rectangle
-    return replace(luminaire, center=luminaire.center + shift, outline=luminaire.outline + shift,
-                   rectangle=rectangle and replace(rectangle, corner=rectangle.corner + shift))
+FEW = 4
+"""A polygon smaller than a patch and of no more triangles than this keeps them."""
+HINDRANCES = 64
+"""A room with more flat parts than this that can stand in the way is one obstacle as a whole."""
 
 
 def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> Mesh:
@@ -179,42 +29,51 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
 
     luminaires : the scene's, each through `stand_off`.
     """
-    first_face = len(scene.room) + len(scene.solids)
+    every = [*scene.room.surfaces.values(), *(solid.parts for solid in scene.solids)]
     mountings, sheets = [], []
-    for index, luminaire in enumerate(lum for lum in luminaires if lum.outline is not None):
-        found = mounting(scene, luminaire, first_face + index)
+    for index, luminaire in enumerate((lum for lum in luminaires if lum.outline is not None), len(every)):
+        found = mounting(scene, luminaire, index)
         if found is not None:
             mountings.append(found)
         else:
-            sheets.append((first_face + index, luminaire))
-    touch = COPLANAR * float(scene.size.max())
-    rectangles = [(index, name, face) for index, (name, face) in enumerate(scene.room.items())]
-    builder = _Builder(patch_size, touch, luminaires)
-    loose = []
-    for index, solid in enumerate(scene.solids, start=len(scene.room)):
-        flats, triangles = flat_parts(solid.mesh)
-        rectangles += [(index, None, flat) for flat in flats]
-        loose.append((index, triangles))
-    outlines = np.array([r.corners for _, _, r in rectangles] + [m.outline for m in mountings])
-    for index, name, rectangle in rectangles:
-        covers = [m for m in mountings if m.face == name]
-        builder.add_rectangle(index, rectangle, outlines, covers)
-    for index, triangles in loose:
-        builder.add_triangles(index, triangles)
+            sheets.append((index, luminaire))
+    builder = _Builder(patch_size, COPLANAR * scene.room.scale, len(scene.room.surfaces), luminaires)
+    rectangles = [(index, face) for index, parts in enumerate(every) for face in parts.rectangles]
+    polygons = [(index, face) for index, parts in enumerate(every) for face in parts.polygons]
+    outlines = np.array([r.corners for _, r in rectangles]
+                        + [m.outline for m in mountings if len(m.outline) == 4]).reshape(-1, 4, 3)
+    for index, rectangle in rectangles:
+        builder.add_rectangle(index, rectangle, outlines, mountings)
+    for mounted in mountings:
+        if mounted.on_polygon:
+            builder.add_face(mounted.surface, mounted.face)
+    for index, polygon in polygons:
+        builder.add_polygon(index, polygon, rectangles, polygons, mountings)
+    for index, parts in enumerate(every):
+        builder.add_triangles(index, parts.triangles)
     for index, luminaire in sheets:
         builder.add_sheet(index, luminaire)
+    return builder.finish(rectangles, polygons, _obstacles(scene, [lum for _, lum in sheets]),
+                          scene.room.shell)
+
+
+def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
+    """Boxes (m, 8, 3) [m] around whatever can stand between two places in a room, flat ones for walls."""
     around = [solid.mesh.bounds for solid in scene.solids]
-    around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for _, lum in sheets]
+    around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for lum in sheets]
+    hindrances = scene.room.hindrances
+    if len(hindrances) > HINDRANCES:
+        around, hindrances = [scene.room.bounds], []
     corners = np.array(list(np.ndindex(2, 2, 2)))
-    boxes = np.array([bounds[corners, np.arange(3)] for bounds in around]).reshape(-1, 8, 3)
-    faces = [(index, rectangle) for index, _, rectangle in rectangles]
-    return builder.finish(faces, boxes, np.array([np.zeros(3), scene.size]))
+    boxes = [bounds[corners, np.arange(3)] for bounds in around]
+    return np.array(boxes + [np.resize(h, (8, 3)) for h in hindrances]).reshape(-1, 8, 3)
 
 
 class _Builder:
-    def __init__(self, patch_size: float, touch: float, luminaires: list[Luminaire]):
+    def __init__(self, patch_size: float, touch: float, n_walls: int, luminaires: list[Luminaire]):
         self.patch_size = patch_size
         self.touch = touch
+        self.n_walls = n_walls
         self.luminaires = luminaires
         self.vertices, self.patches, self.surface = [], [], []
         self.vertex_surface, self.twin = [], []
@@ -230,17 +89,40 @@ class _Builder:
         self.n_patches += len(patches)
 
     def add_rectangle(self, index: int, rectangle: Rectangle, outlines: np.ndarray,
-                      covers: list[Mounting]) -> None:
+                      mountings: list[Mounting]) -> None:
         us = self.divisions(rectangle.corner, rectangle.u, rectangle.v, rectangle.normal, outlines)
         vs = self.divisions(rectangle.corner, rectangle.v, rectangle.u, rectangle.normal, outlines)
         vertices, patches = self.divided(rectangle, us, vs)
         surface = np.full(len(patches), index)
         middles = vertices[patches].mean(axis=1)
-        for cover in covers:
+        for cover in self.on(index, rectangle.corner, rectangle.normal, mountings):
+            if cover.on_polygon:
+                continue
             o, e, f = cover.outline[0], *(cover.outline[k] - cover.outline[0] for k in (1, 3))
             s, t = (middles - o) @ e / (e @ e), (middles - o) @ f / (f @ f)
             surface[(s > 0) & (s < 1) & (t > 0) & (t < 1)] = cover.surface
         self.add(vertices, patches, surface, index)
+
+    def on(self, index: int, corner, normal, mountings: list[Mounting]) -> list[Mounting]:
+        """The luminaires mounted on a flat part of the room."""
+        return [m for m in mountings if index < self.n_walls and m.on(corner, normal, self.touch)]
+
+    def add_polygon(self, index: int, polygon: Polygon, rectangles, polygons,
+                    mountings: list[Mounting]) -> None:
+        feet = [[m.outline] for m in self.on(index, polygon.origin, polygon.normal, mountings)]
+        for other, face in [*rectangles, *polygons]:
+            corner = face.corner if isinstance(face, Rectangle) else face.origin
+            if (other != index and abs((corner - polygon.origin) @ polygon.normal) < self.touch
+                    and face.normal @ polygon.normal < -1 + 1e-9):
+                feet.append([face.corners] if isinstance(face, Rectangle) else [*map(face.solid, face.rings)])
+        small = np.ptp(polygon.frame, axis=0).max() < self.patch_size
+        if small and not feet and len(polygon.triangles) <= FEW:
+            self.add_triangles(index, polygon.triangles)
+            return
+        for part in without(polygon, feet, self.touch):
+            points, triangles = triangulated(part, self.patch_size)
+            self.add(polygon.solid(points), np.column_stack([triangles, triangles[:, 2]]),
+                     np.full(len(triangles), index), index)
 
     def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs`, and finer near lamps."""
@@ -313,7 +195,8 @@ class _Builder:
         faces = faces[np.linalg.norm(sides, axis=1) > self.touch**2]
         self.add(vertices, np.column_stack([faces, faces[:, 2]]), np.full(len(faces), index), index)
 
-    def add_sheet(self, index: int, luminaire: Luminaire) -> None:
+    def add_face(self, index: int, luminaire: Luminaire) -> tuple[np.ndarray, np.ndarray]:
+        """Add a luminaire's front; returns its vertices and patches."""
         if luminaire.rectangle is not None:
             rectangle = luminaire.rectangle
             steps = [np.linspace(0, 1, 1 + int(np.ceil(np.linalg.norm(edge) / self.patch_size)))
@@ -323,18 +206,23 @@ class _Builder:
             k = len(luminaire.outline)
             vertices = np.vstack([luminaire.outline, luminaire.center])
             patches = np.array([[k, i, (i + 1) % k, (i + 1) % k] for i in range(k)])
+        self.add(vertices, patches, np.full(len(patches), index), index)
+        return vertices, patches
+
+    def add_sheet(self, index: int, luminaire: Luminaire) -> None:
+        vertices, patches = self.add_face(index, luminaire)
         triangular = patches[:, 2] == patches[:, 3]
         back = np.where(triangular[:, None], patches[:, [0, 2, 1, 1]], patches[:, [0, 3, 2, 1]])
         n = len(patches)
-        self.add(vertices, patches, np.full(n, index), index, np.arange(n) + n)
+        self.twin[-1] = np.arange(n) + self.n_patches
         self.add(vertices, back, np.full(n, index), index, np.arange(n) - n)
 
-    def finish(self, faces: list[tuple[int, Rectangle]], obstacles: np.ndarray,
-               bounds: np.ndarray) -> Mesh:
+    def finish(self, rectangles: list[tuple[int, Rectangle]], polygons: list[tuple[int, Polygon]],
+               obstacles: np.ndarray, shell: np.ndarray) -> Mesh:
         arrays = (np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
                                               self.vertex_surface, self.twin))
-        mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, bounds)
-        return replace(mesh, covered=covered_by_contact(mesh, faces, self.touch))
+        mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, shell)
+        return replace(mesh, covered=covered_by_contact(mesh, rectangles, polygons, self.touch))
 
 
 def _quartered(cells: np.ndarray) -> np.ndarray:
@@ -345,25 +233,29 @@ def _quartered(cells: np.ndarray) -> np.ndarray:
         (a, s, c, t), (s, b, c, t), (s, b, t, d), (a, s, t, d))])
 
 
-def covered_by_contact(mesh: Mesh, faces: list[tuple[int, Rectangle]], touch: float) -> np.ndarray:
+def covered_by_contact(mesh: Mesh, rectangles: list[tuple[int, Rectangle]],
+                       polygons: list[tuple[int, Polygon]], touch: float) -> np.ndarray:
     """Which patches lie wholly in another surface's face (n_patches,): face to face with it, as a crate
     and the floor, or a second time where an earlier surface already is.
 
-    faces : (surface, rectangle) of the room and the solids.
+    rectangles, polygons : (surface, flat part) of the room and the solids.
     """
     covered = np.zeros(len(mesh.patches), dtype=bool)
     shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
-    last = max(index for index, _ in faces)  # luminaires come after: their faces stand in a wall's
-    for index, face in faces:
-        u2, v2 = face.u @ face.u, face.v @ face.v
+    # Luminaires come after: their faces stand in a wall's.
+    last = max((index for index, _ in [*rectangles, *polygons]), default=-1)
+    for index, face in [*rectangles, *polygons]:
         facing = mesh.normal @ face.normal
-        offset = shrunk - face.corner
-        s, t = offset @ face.u / u2, offset @ face.v / v2
-        within = ((np.abs(offset @ face.normal) < touch) & (s > 0) & (s < 1)
-                  & (t > 0) & (t < 1)).all(axis=1)
-        other = (mesh.surface != index) & (mesh.twin < 0)
-        covered |= within & other & (facing < -1 + 1e-9)
-        covered |= within & other & (facing > 1 - 1e-9) & (mesh.surface > index) & (mesh.surface <= last)
+        offset = shrunk - (face.corner if isinstance(face, Rectangle) else face.origin)
+        level = (np.abs(offset @ face.normal) < touch).all(axis=1) & (mesh.surface != index) & (mesh.twin < 0)
+        again = (facing > 1 - 1e-9) & (mesh.surface > index) & (mesh.surface <= last)
+        asked = np.flatnonzero(level & ((facing < -1 + 1e-9) | again) & ~covered)
+        if isinstance(face, Rectangle):
+            s = offset[asked] @ face.u / (face.u @ face.u)
+            t = offset[asked] @ face.v / (face.v @ face.v)
+            covered[asked] = ((s > 0) & (s < 1) & (t > 0) & (t < 1)).all(axis=1)
+        elif len(asked):
+            covered[asked] = face.contains(shrunk[asked]).all(axis=1)
     return covered
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
+from renderer.scene.rooms import Room
 from renderer.transport.contour import HORIZON, point_factors
 from renderer.transport.direct import direct_on_patches
 from renderer.transport.form_factors import (
@@ -20,7 +21,9 @@ from renderer.transport.form_factors import (
     gather_by_rays,
     ray_exchange,
 )
-from renderer.transport.mesh import Mesh, build_mesh, stand_off
+from renderer.transport.mesh import build_mesh
+from renderer.transport.mounting import stand_off
+from renderer.transport.patches import Mesh
 from renderer.transport.visibility import Visibility
 
 HIDDEN = 0.05
@@ -34,13 +37,14 @@ receives, relative to their distance: a point on an edge or under an object has 
 class Transport:
     """The mesh of a room and its operators, per lumen and per unit of radiosity.
 
-    mesh, luminaires, seed
+    room, mesh, luminaires, seed
     visibility : None where nothing can stand between two points
     exchange : who exchanges light with whom
     direct_parts : (k, n_patches, n_luminaires) mean illuminance per lumen [m⁻²], in independent
         samples; one where no ray is cast
     """
 
+    room: Room
     mesh: Mesh
     luminaires: list[Luminaire]
     n_surfaces: int
@@ -114,8 +118,8 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int) -> 
         exchange = ray_exchange(mesh, visibility, rays, (seed, 1))
     direct, lost = direct_on_patches(mesh, exchange, luminaires, visibility, (seed, 2))
     _refuse_hidden(scene, exchange, luminaires, lost)
-    return Transport(mesh, luminaires, len(scene.surfaces), rays, seed, visibility, exchange, direct,
-                     time.perf_counter() - started)
+    return Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed, visibility, exchange,
+                     direct, time.perf_counter() - started)
 
 
 def _refuse_hidden(scene: Scene, exchange: Exchange, luminaires: list[Luminaire],

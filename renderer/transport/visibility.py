@@ -14,7 +14,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from renderer.scene.reading import STAND_OFF
-from renderer.transport.mesh import Mesh
+from renderer.transport.patches import Mesh
 
 CHUNK = 1 << 18
 PROBE_POINTS, PROBE_RAYS = 5, 9

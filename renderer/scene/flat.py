@@ -1,0 +1,257 @@
+"""Surfaces as flat parts: rectangles, other polygons, and the triangles of what is curved.
+
+What a wall was tessellated into says nothing about it: coplanar neighbours become one polygon again,
+slivers and all, and are divided anew.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import trimesh
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from renderer.scene.geometry import Rectangle
+
+FLAT = 1e-6
+"""Distance from a plane, relative to the room's or the object's longest side, that counts as flat."""
+LARGE = 0.01
+"""A triangle without coplanar neighbours is a polygon from this share of the longest side's square on;
+smaller ones are facets of something curved."""
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A flat polygon, with holes or without.
+
+    origin : (3,) [m]; axes : (2, 3) unit, at right angles; light leaves along their cross product
+    rings : corners (k, 2) in those axes [m], the outer ring counter-clockwise, holes clockwise
+    triangles : (k, 3, 3) [m], what it is made of
+    """
+
+    origin: np.ndarray
+    axes: np.ndarray
+    rings: tuple[np.ndarray, ...]
+    triangles: np.ndarray
+
+    @cached_property
+    def normal(self) -> np.ndarray:
+        """Unit normal of the front (3,)."""
+        return np.cross(*self.axes)
+
+    @cached_property
+    def shape(self):
+        """The polygon in its own axes, as shapely's."""
+        import shapely
+
+        return shapely.Polygon(self.rings[0], self.rings[1:])
+
+    @property
+    def frame(self) -> np.ndarray:
+        """Corners (4, 3) [m] of a rectangle around it, in its plane."""
+        x0, y0, x1, y1 = self.shape.bounds
+        return self.solid(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (…, 3) of its plane are within it (…)."""
+        import shapely
+
+        flat = self.flat(points)
+        return shapely.contains_xy(self.shape, flat[..., 0], flat[..., 1])
+
+    def flat(self, points: np.ndarray) -> np.ndarray:
+        """Points (…, 3) in the polygon's axes (…, 2)."""
+        return (points - self.origin) @ self.axes.T
+
+    def solid(self, points: np.ndarray) -> np.ndarray:
+        """Points (…, 2) of the polygon's axes in the room (…, 3)."""
+        return self.origin + points @ self.axes
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The flat parts of a surface; triangles : (k, 3, 3) [m] of what is curved."""
+
+    rectangles: tuple[Rectangle, ...] = ()
+    polygons: tuple[Polygon, ...] = ()
+    triangles: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
+
+    @cached_property
+    def area(self) -> float:
+        """Area [m²]."""
+        return (sum(np.linalg.norm(np.cross(r.u, r.v)) for r in self.rectangles)
+                + sum(p.shape.area for p in self.polygons)
+                + trimesh.triangles.area(self.triangles).sum())
+
+    @cached_property
+    def shell(self) -> np.ndarray:
+        """All of it as triangles (k, 3, 3) [m]."""
+        corners = np.array([r.corners for r in self.rectangles]).reshape(-1, 4, 3)
+        return np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]],
+                               *(p.triangles for p in self.polygons), self.triangles])
+
+
+def flat_parts(mesh: trimesh.Trimesh, scale: float | None = None) -> Parts:
+    """A mesh as flat parts, however it was tessellated.
+
+    scale : longest side of what the mesh belongs to [m]; else its own.
+    """
+    scale = scale or float(np.ptp(mesh.bounds, axis=0).max())
+    touch = FLAT * scale
+    group = _coplanar(mesh, touch)
+    order = np.argsort(group, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
+    rectangles, polygons, rest = [], [], []
+    for faces in groups:
+        triangles = mesh.triangles[faces]
+        if len(faces) == 1 and mesh.area_faces[faces[0]] < LARGE * scale**2:
+            rest.append(faces)
+            continue
+        crosses = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        normal, area = crosses.sum(axis=0), np.linalg.norm(crosses, axis=1).sum() / 2
+        normal /= np.linalg.norm(normal) or 1.0
+        points = mesh.vertices[np.unique(mesh.faces[faces])]
+        if abs((points - points.mean(axis=0)) @ normal).max() > 2 * touch:
+            rest.append(faces)
+            continue
+        rectangle = _tightest_rectangle(points, normal, area)
+        if rectangle is not None:
+            rectangles.append(rectangle)
+            continue
+        polygon = _outlined(triangles, normal, area, touch)
+        divided = polygon and rectilinear(polygon, touch)
+        if divided:
+            rectangles += divided
+        elif polygon:
+            polygons.append(polygon)
+        else:
+            rest.append(faces)
+    kept = np.concatenate(rest) if rest else np.zeros(0, dtype=int)
+    return Parts(tuple(rectangles), tuple(polygons), mesh.triangles[kept])
+
+
+def _coplanar(mesh: trimesh.Trimesh, touch: float) -> np.ndarray:
+    """A number for each face (k,): equal for faces that make up one flat part."""
+    one, two = mesh.face_adjacency.T
+    alone = mesh.vertices[mesh.face_adjacency_unshared]
+    corners = mesh.triangles
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = np.linalg.norm(cross, axis=1)
+    normal = cross / np.where(double > 0, double, 1.0)[:, None]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    sliver = double <= 10 * touch * sides.max(axis=1)
+    # The larger face's plane is the better known.
+    swap = double[two] > double[one]
+    large, small = np.where(swap, two, one), np.where(swap, one, two)
+    far = np.where(swap[:, None], alone[:, 0], alone[:, 1])
+    off = np.abs(np.einsum("ki,ki->k", far - corners[large, 0], normal[large]))
+    along = np.einsum("ki,ki->k", normal[one], normal[two]) > 0
+    same = (off <= touch) & (along | sliver[small])
+    # A sliver along an edge lies in both planes: it joins its largest neighbour only.
+    link = np.flatnonzero(same & sliver[small])
+    link = link[np.argsort(-double[large[link]], kind="stable")]
+    _, first = np.unique(small[link], return_index=True)
+    keep = np.concatenate([np.flatnonzero(same & ~sliver[small]), link[first]])
+    n = len(corners)
+    graph = sparse.coo_array((np.ones(len(keep)), (one[keep], two[keep])), shape=(n, n))
+    return connected_components(graph, directed=False)[1]
+
+
+def _outlined(triangles: np.ndarray, normal: np.ndarray, area: float, touch: float) -> Polygon | None:
+    """The polygon that coplanar triangles (k, 3, 3) make up, or None."""
+    import shapely
+
+    sides = np.roll(triangles, -1, axis=1) - triangles
+    lengths = np.linalg.norm(sides, axis=2)
+    x = sides.reshape(-1, 3)[lengths.argmax()]
+    x = x - (x @ normal) * normal
+    axes = np.stack([x, np.cross(normal, x)]) / np.linalg.norm(x)
+    origin = triangles[0, 0]
+    flat = (triangles - origin) @ axes.T
+    shape = shapely.union_all(shapely.polygons(flat)).simplify(touch / 10)
+    if shape.geom_type != "Polygon" or not shape.is_valid or abs(shape.area - area) > 1e-6 * area:
+        return None
+    return polygon(shape, origin, axes, triangles)
+
+
+def polygon(shape, origin: np.ndarray, axes: np.ndarray, triangles: np.ndarray | None = None) -> Polygon:
+    """A Polygon from shapely's, in the axes (2, 3) through origin (3,)."""
+    import shapely
+
+    shape = shapely.orient_polygons(shape)
+    rings = tuple(np.array(ring.coords)[:-1] for ring in (shape.exterior, *shape.interiors))
+    made = Polygon(origin, axes, rings, triangles)
+    if triangles is None:
+        parts = shapely.constrained_delaunay_triangles(shape).geoms
+        flat = np.array([np.array(shapely.orient_polygons(t).exterior.coords)[:3] for t in parts])
+        made = Polygon(origin, axes, rings, made.solid(flat))
+    return made
+
+
+def rectilinear(part: Polygon, touch: float) -> list[Rectangle] | None:
+    """The rectangles that a polygon is made of, cut along the lines of its reflex corners; or None, where
+    it has an edge that is not along or across the others."""
+    import shapely
+
+    for ring in part.rings:
+        side = np.abs(np.roll(ring, -1, axis=0) - ring)
+        if (side.min(axis=1) > touch).any():
+            return None
+    corners = np.concatenate(part.rings)
+    xs, ys = (_distinct(corners[:, k], touch) for k in (0, 1))
+    if len(xs) * len(ys) > 1_000_000:
+        return None
+    middles = np.meshgrid((xs[1:] + xs[:-1]) / 2, (ys[1:] + ys[:-1]) / 2, indexing="ij")
+    filled = shapely.contains_xy(part.shape, *middles)
+    one_way = _blocks(filled)
+    other_way = [(x0, x1, y0, y1) for y0, y1, x0, x1 in _blocks(filled.T)]
+    rectangles = []
+    for x0, x1, y0, y1 in min(one_way, other_way, key=len):
+        corner, u, v = part.solid(np.array([[xs[x0], ys[y0]], [xs[x1], ys[y0]], [xs[x0], ys[y1]]]))
+        rectangles.append(Rectangle(corner, u - corner, v - corner))
+    return rectangles
+
+
+def _distinct(values: np.ndarray, touch: float) -> np.ndarray:
+    values = np.sort(values)
+    return values[np.concatenate([[True], np.diff(values) > touch])]
+
+
+def _blocks(filled: np.ndarray) -> list[tuple[int, int, int, int]]:
+    """Blocks of rows i to k and columns j to m, as (i, k, j, m), that make up the filled cells: runs of
+    each column, joined with the same run of the column before."""
+    open_: dict[tuple[int, int], int] = {}
+    blocks = []
+    for j in range(filled.shape[1] + 1):
+        column = filled[:, j] if j < filled.shape[1] else np.zeros(len(filled), dtype=bool)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], column.astype(int), [0]])))
+        runs = {(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)}
+        for run in set(open_) - runs:
+            blocks.append((*run, open_.pop(run), j))
+        for run in runs - set(open_):
+            open_[run] = j
+    return sorted(blocks)
+
+
+def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> Rectangle | None:
+    """The rectangle whose corners the outermost of the coplanar points (k, 3) are, or None."""
+    to_plane = trimesh.geometry.plane_transform(points[0], normal)
+    flat = trimesh.transform_points(points, to_plane)
+    scale = np.ptp(flat, axis=0).max()
+    if abs(flat[:, 2]).max() > 1e-6 * scale:
+        return None
+    to_box, extents = trimesh.bounds.oriented_bounds_2D(flat[:, :2])
+    if abs(extents.prod() - area) > 1e-6 * area:
+        return None
+    half = extents / 2
+    box = np.array([[-half[0], -half[1]], [half[0], -half[1]], [half[0], half[1]],
+                    [-half[0], half[1]]])
+    ideal = trimesh.transform_points(box, np.linalg.inv(to_box))
+    # The vertices themselves, not the fitted corners, so that neighbours meet exactly.
+    near = [np.linalg.norm(flat[:, :2] - corner, axis=1).argmin() for corner in ideal]
+    corners = points[near]
+    u, v = corners[1] - corners[0], corners[3] - corners[0]
+    if np.cross(u, v) @ normal < 0:
+        u, v = v, u
+    return Rectangle(corners[0], u, v)

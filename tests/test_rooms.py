@@ -1,0 +1,474 @@
+"""Rooms that are not boxes: outlines and meshes, their laws, their equals, and their faults."""
+
+import contextlib
+
+import numpy as np
+import pytest
+import shapely
+import trimesh
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import renderer
+from renderer.report import escaped
+from renderer.scene.flat import flat_parts, polygon, rectilinear
+from renderer.scene.mesh_rooms import mesh_room
+from renderer.scene.meshes import load_solid
+from renderer.scene.rooms import outline_room, outside
+from renderer.transport.polygons import triangulated
+
+L = [[0, 0], [5, 0], [5, 3], [2, 3], [2, 6], [0, 6]]
+U = [[0, 0], [6, 0], [6, 5], [4, 5], [4, 2], [2, 2], [2, 5], [0, 5]]
+T = [[0, 0], [6, 0], [6, 2], [4, 2], [4, 5], [2, 5], [2, 2], [0, 2]]
+TRIANGLE = [[0, 0], [4, 0], [1, 3]]
+HEXAGON = [[2 + 2 * np.cos(k * np.pi / 3), 2 + 2 * np.sin(k * np.pi / 3)] for k in range(6)]
+STAR = [[1 + r * np.cos(k * np.pi / 5), 1 + r * np.sin(k * np.pi / 5)] for k, r in enumerate([4, 2] * 5)]
+POINT = 'shape = "point"\ncenter = [1.0, 1.0, 1.3]\nflux = 1000'
+BOX = trimesh.creation.box(bounds=[[0, 0, 0], [4, 4, 3]])
+TOP = BOX.triangles_center[:, 2] > 2.9
+
+
+def panel(center, up=(1, 0, 0)) -> str:
+    """A 1 m² panel of 4000 lm that shines down."""
+    numbers = [", ".join(repr(float(x)) for x in v) for v in (center, up)]
+    return ('shape = "rectangle"\ncenter = [{}]\nup = [{}]\nnormal = [0, 0, -1]\nsize = [1.0, 1.0]\n'
+            "flux = 4000".format(*numbers))
+
+
+@pytest.fixture
+def write(tmp_path):
+    """A function that writes a scene file with a room given as TOML lines, and loads it."""
+    count = iter(range(1000))
+
+    def make(room, lamp=POINT, rho=0.5, more="", plain=True):
+        surfaces = 'floor = "paint"\nwalls = "paint"\nceiling = "paint"\n' if plain else ""
+        path = tmp_path / f"scene{next(count)}.toml"
+        path.write_text(f"[room]\n{surfaces}{room}\n[materials]\npaint = {{reflectance = {rho}}}\n"
+                        f"red = {{rgb = [0.5, 0.1, 0.1]}}\n[[luminaires]]\n{lamp}\n{more}")
+        return renderer.load(path)
+
+    make.folder = tmp_path
+    return make
+
+
+@pytest.fixture
+def outlined(write):
+    def make(outline, *arguments, height=2.7, lines="", **options):
+        points = [[float(x), float(y)] for x, y in outline]
+        return write(f"outline = {points}\nheight = {height}\n{lines}", *arguments, **options)
+
+    return make
+
+
+@pytest.fixture
+def meshed(write):
+    def make(mesh, *arguments, suffix="obj", lines="", **options):
+        mesh.export(write.folder / f"room.{suffix}")
+        return write(f'mesh = "room.{suffix}"\n{lines}', *arguments, **options)
+
+    return make
+
+
+def mean_lx(solution) -> float:
+    """Area mean of illuminance over all surfaces [lx]."""
+    areas = solution.transport.exchange.areas
+    return float(areas @ (solution.irradiance @ solution.bands.luminous) / areas.sum())
+
+
+def read(scene, spots, accuracy=0.05) -> np.ndarray:
+    """Direct, total and half-width [lx] at each (position, normal)."""
+    solution = renderer.solve(scene, bands="rgb", accuracy=accuracy)
+    readings = [solution.photometer(p, n) for p, n in spots]
+    return np.array([(r.direct_lx, r.total_lx, r.uncertainty) for r in readings])
+
+
+# -- energy: Φ / (A (1 − ρ)) in any closed room ---------------------------------------------------
+
+@pytest.mark.parametrize("outline", [L, U, T, TRIANGLE, HEXAGON, STAR, L[::-1]],
+                         ids=["L", "U", "T", "triangle", "hexagon", "star", "clockwise L"])
+def test_the_mean_of_a_room_of_any_outline_is_what_energy_dictates(outlined, outline):
+    solution = renderer.solve(outlined(outline), bands="rgb", accuracy=0.05)
+    corners = np.array(outline)
+    ahead = np.roll(corners, -1, axis=0)
+    floor = abs((corners[:, 0] * ahead[:, 1] - corners[:, 1] * ahead[:, 0]).sum()) / 2
+    area = 2 * floor + 2.7 * np.linalg.norm(ahead - corners, axis=1).sum()
+    assert solution.scene.room.area == pytest.approx(area, rel=1e-12)
+    # Rays start off their surface, so an acute corner of the star loses some 1e-5 of the area.
+    assert mean_lx(solution) == pytest.approx(1000 / (area * 0.5), rel=2e-5)
+    assert solution.energy_balance_error < 1e-6
+
+
+@pytest.mark.parametrize("mesh", [
+    trimesh.creation.icosphere(subdivisions=2, radius=2.0),
+    trimesh.creation.cylinder(radius=2.0, height=3.0),
+    trimesh.creation.extrude_triangulation([[0, 0], [4, 0], [1, 3]], [[0, 1, 2]], 3.0),
+    trimesh.creation.icosahedron(),
+], ids=["sphere", "cylinder", "prism", "icosahedron"])
+def test_the_mean_of_a_meshed_room_is_what_energy_dictates(meshed, mesh):
+    middle = ", ".join(repr(float(x)) for x in mesh.centroid)
+    scene = meshed(mesh, POINT.replace("1.0, 1.0, 1.3", middle))
+    solution = renderer.solve(scene, bands="rgb", accuracy=0.05)
+    assert scene.room.convex
+    assert solution.transport.rays == 0  # nothing can stand between two places
+    # The file holds 8 decimals.
+    assert mean_lx(solution) == pytest.approx(1000 / (mesh.area * 0.5), rel=1e-6)
+
+
+def test_a_ring_shaped_room_is_not_convex(meshed):
+    ring = trimesh.creation.annulus(1.0, 3.0, height=2.0)
+    scene = meshed(ring, POINT.replace("1.0, 1.0, 1.3", "2.0, 0.0, 0.0"))
+    solution = renderer.solve(scene, bands="rgb", accuracy=0.05)
+    assert solution.transport.rays > 0
+    assert mean_lx(solution) == pytest.approx(1000 / (ring.area * 0.5), rel=2e-5)
+
+
+def test_indirect_light_is_uniform_in_an_integrating_sphere(meshed):
+    # Every point of a sphere receives E = Φρ / (A (1 − ρ)) by way of the wall, wherever the lamp is.
+    # A polyhedron's edges spoil that near them; halving its faces halves that at least.
+    spread = []
+    for subdivisions in (0, 1, 2):
+        ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=2.0)
+        scene = meshed(ball, POINT.replace("1.0, 1.0, 1.3", "0.3, -0.4, 0.5"), 0.8)
+        solution = renderer.solve(scene, bands="rgb", accuracy=0.1)
+        indirect = solution.transport.exchange.irradiance(solution.radiosity) @ solution.bands.luminous
+        spread.append(np.std(indirect / (1000 * 0.8 / (ball.area * 0.2))))
+    assert spread[0] < 0.05
+    assert spread[1] < spread[0] / 2
+    assert spread[2] < spread[1] / 2
+
+
+# -- rooms that are the same room ------------------------------------------------------------------
+
+SPOTS = [([2, 2, 0.0], [0, 0, 1]), ([3.7, 0.3, 0.0], [0, 0, 1]), ([0, 1, 1.5], [1, 0, 0])]
+
+
+@pytest.mark.parametrize("suffix", ["obj", "stl", "ply", "glb"])
+def test_a_meshed_box_is_the_box_however_it_was_tessellated(write, meshed, suffix):
+    box = read(write("size = [4, 4, 3]", panel([2, 2, 3])), SPOTS)
+    mesh = BOX.subdivide().subdivide()
+    mesh.invert()  # outward or inward, all the same
+    same = read(meshed(mesh, panel([2, 2, 3]), suffix=suffix), SPOTS)
+    np.testing.assert_allclose(same[:, :2], box[:, :2], rtol=1e-10)
+
+
+def test_a_square_outline_is_the_box(write, outlined):
+    box = read(write("size = [4, 4, 3]", panel([2, 2, 3])), SPOTS)
+    square = [[0, 0], [4, 0], [4, 2.5], [4, 4], [0, 4]]  # with a vertex that is no corner
+    same = read(outlined(square, panel([2, 2, 3]), height=3.0), SPOTS)
+    np.testing.assert_allclose(same[:, 0], box[:, 0], rtol=1e-12)
+    assert (np.abs(same[:, 1] - box[:, 1]) < np.hypot(same[:, 2], box[:, 2])).all()
+    np.testing.assert_allclose(same[:, 1], box[:, 1], rtol=1e-3)
+
+
+CORNERS = [([2.5, 1.5, 0.0], [0, 0, 1]), ([1, 5, 0.0], [0, 0, 1]), ([1, 3.5, 0.8], [0, 0, 1]),
+           ([2, 5, 1.5], [-1, 0, 0])]
+LAMP = panel([3.8, 1.5, 2.7])
+
+
+def test_an_l_shaped_room_is_a_box_with_a_corner_filled(write, outlined):
+    filled = ('[[objects]]\nshape = "box"\nposition = [2, 3, 0]\nsize = [3, 3, 2.7]\nmaterial = "paint"')
+    box = read(write("size = [5, 6, 2.7]", LAMP, more=filled), CORNERS)
+    shaped = read(outlined(L, LAMP), CORNERS)
+    np.testing.assert_allclose(shaped[:, 0], box[:, 0], rtol=1e-9)
+    assert (np.abs(shaped[:, 1] - box[:, 1]) < np.hypot(shaped[:, 2], box[:, 2])).all()
+    assert (shaped[[1, 3], 0] == 0).all()  # behind the corner, exactly
+    assert (shaped[[0, 2], 0] > 0).all()
+
+
+@pytest.mark.parametrize("outline", [L, TRIANGLE], ids=["L", "triangle"])
+def test_a_room_reads_the_same_wherever_it_stands(outlined, outline):
+    turn = np.radians(33)
+    matrix = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    spots = [([0.9, 0.6, 0.0], [0, 0, 1]), ([1.5, 0.0, 1.0], [0, 1, 0])]
+
+    def turned(shift):
+        def move(p):
+            return matrix @ np.array(p, dtype=float) + shift
+
+        ring = [move([*p, 0])[:2] for p in outline]
+        lamp = panel(move([1.4, 1.2, 2.7]), matrix[:, 0])
+        return read(outlined(ring, lamp), [(move(p), matrix @ np.array(n)) for p, n in spots], 0.1)
+
+    here, near, far = (turned(np.array(s)) for s in ([0, 0, 0], [100, 0, 0], [1e6, -1e6, 0]))
+    straight = read(outlined(outline, panel([1.4, 1.2, 2.7])), spots, 0.1)
+    # 1e6 m leave 1e-10 m of a coordinate; a hit or two of the rays may change.
+    np.testing.assert_allclose(near[:, :2], here[:, :2], rtol=1e-6)
+    np.testing.assert_allclose(far[:, :2], here[:, :2], rtol=1e-6)
+    # The meter stands 2e-9 of the longest side off, and that side changes as the room is turned.
+    np.testing.assert_allclose(here[:, 0], straight[:, 0], rtol=1e-7)
+    assert (np.abs(here[:, 1] - straight[:, 1]) < np.hypot(here[:, 2], straight[:, 2])).all()
+
+
+def test_a_lamp_may_lie_across_two_rectangles_of_a_ceiling(outlined):
+    # The ceiling of the L is cut at y = 3; of a box's it is one rectangle.
+    scene = outlined(L, panel([1, 3, 2.7]))
+    solution = renderer.solve(scene, bands="rgb", accuracy=0.05)
+    lamp = solution.transport.mesh.surface == scene.surfaces.index("luminaire")
+    assert solution.transport.mesh.area[lamp].sum() == pytest.approx(1.0, rel=1e-12)
+    assert solution.transport.mesh.twin.max() == -1  # mounted: no sheet in the room
+
+
+@pytest.mark.parametrize("lamp", [panel([1.6, 1.0, 2.7], [2, 1, 0]),
+                                  'shape = "disc"\ncenter = [1.6, 1.0, 2.7]\nnormal = [0, 0, -1]\n'
+                                  "diameter = 1.0\nflux = 4000"])
+def test_a_lamp_is_cut_out_of_a_ceiling_that_is_no_rectangle(outlined, lamp):
+    scene = outlined(TRIANGLE, lamp)
+    solution = renderer.solve(scene, bands="rgb", accuracy=0.05)
+    assert solution.transport.rays == 0
+    area = np.bincount(solution.transport.mesh.surface, solution.transport.mesh.area)
+    assert area[1] + area[-1] == pytest.approx(6.0, rel=1e-7)
+    assert area[-1] == pytest.approx(scene.luminaires[0].area, rel=1e-12)
+
+
+# -- division ---------------------------------------------------------------------------------------
+
+def test_cad_triangles_cost_what_the_surface_is_worth():
+    # Thousands of coplanar faces, slivers among them, become the rectangles that they are.
+    fine = BOX
+    for _ in range(4):
+        fine = fine.subdivide()
+    vertices = fine.vertices.copy()
+    floor = (vertices[:, 2] == 0) & (vertices[:, 0] % 4 > 0) & (vertices[:, 1] % 4 > 0)
+    vertices[floor, 0] += np.random.default_rng(0).uniform(-0.12, 0.12, floor.sum())  # stays in the plane
+    parts = flat_parts(trimesh.Trimesh(vertices, fine.faces, process=False))
+    assert len(fine.faces) == 3072
+    assert (len(parts.rectangles), len(parts.polygons), len(parts.triangles)) == (6, 0, 0)
+
+
+def test_a_wall_with_a_hole_is_cut_into_rectangles_around_it():
+    wall = polygon(shapely.box(0, 0, 4, 3) - shapely.box(1, 1, 2, 2), np.zeros(3), np.eye(3)[:2])
+    pieces = rectilinear(wall, 1e-9)
+    assert len(pieces) == 4
+    assert sum(np.linalg.norm(np.cross(r.u, r.v)) for r in pieces) == pytest.approx(11)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.tuples(st.floats(0.3, 1), st.floats(0.2, 1)), min_size=3, max_size=12),
+       st.floats(0.05, 0.5))
+def test_any_polygon_is_divided_wholly_and_without_overlap(spokes, size):
+    angles = np.cumsum([a for a, _ in spokes]) / sum(a for a, _ in spokes) * 2 * np.pi
+    radii = np.array([r for _, r in spokes])
+    shape = shapely.Polygon(np.column_stack([radii * np.cos(angles), radii * np.sin(angles)]))
+    if not shape.is_valid or shape.area < 0.05:
+        return
+    points, triangles = triangulated(shape, size)
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    area = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+    assert (area > 0).all()
+    assert area.sum() == pytest.approx(shape.area, rel=1e-9)
+    assert shapely.contains_xy(shape.buffer(1e-9), *points[triangles].mean(axis=1).T).all()
+    assert area.max() < 4 * size**2
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(-6, 8), st.floats(-6, 8), st.floats(-1, 4), st.sampled_from([0.0, 1e6]))
+def test_inside_is_what_the_outline_says(x, y, z, shift):
+    room = outline_room([(a + shift, b - shift) for a, b in U], 2.7, "")
+    expected = shapely.contains_xy(shapely.Polygon(U), x, y) and 0 < z < 2.7
+    edge = shapely.Polygon(U).exterior.distance(shapely.Point(x, y))
+    if edge > 1e-6 and min(abs(z), abs(z - 2.7)) > 1e-6:
+        assert outside(np.array([[x + shift, y - shift, z]]), room.shell, 1e-8)[0] != expected
+
+
+# -- meshes as they come -----------------------------------------------------------------------------
+
+def faces_flipped(every):
+    faces = BOX.faces.copy()
+    faces[::every] = faces[::every, ::-1]
+    return trimesh.Trimesh(BOX.vertices, faces, process=False)
+
+
+def with_a_junction():
+    """A box one face of which is cut where its neighbour is not."""
+    face, side = next((k, s) for k, f in enumerate(BOX.faces) for s in range(3)
+                      if set(map(tuple, BOX.vertices[f[[s, (s + 1) % 3]]])) == {(0, 0, 0), (4, 0, 0)})
+    a, b, c = BOX.faces[face][[side, (side + 1) % 3, (side + 2) % 3]]
+    faces = np.vstack([np.delete(BOX.faces, face, 0), [[a, 8, c], [8, b, c]]])
+    return trimesh.Trimesh(np.vstack([BOX.vertices, [[1.7, 0, 0]]]), faces, process=False)
+
+
+@pytest.mark.parametrize("mesh", [
+    faces_flipped(1), faces_flipped(3), with_a_junction(),
+    trimesh.Trimesh(BOX.vertices, np.vstack([BOX.faces, BOX.faces[::2]]), process=False),
+    trimesh.util.concatenate([BOX, trimesh.creation.box(bounds=[[-0.2, -0.2, -0.3], [4.2, 4.2, 3.1]])]),
+], ids=["outward", "some flipped", "T-junction", "faces twice", "walls with thickness"])
+def test_a_flawed_mesh_is_mended(meshed, mesh):
+    room = meshed(mesh, suffix="ply").room
+    area = {name: round(parts.area, 9) for name, parts in room.surfaces.items()}
+    assert area == {"floor": 16, "ceiling": 16, "walls": 48}
+    assert room.convex
+    assert not room.openings
+
+
+def test_what_stands_in_the_mesh_is_part_of_the_room(meshed):
+    crate = trimesh.creation.box(bounds=[[2, 2, 0.5], [3, 3, 1.5]])
+    scene = meshed(trimesh.util.concatenate([BOX, crate]), more='[[photometers]]\nposition = [2, 1.9, 1]\n'
+                   "normal = [0, 0, 1]")
+    assert scene.room.area == pytest.approx(80 + 6)
+    assert not scene.room.convex
+    with pytest.raises(renderer.InputError, match="behind"):
+        renderer.solve(scene, accuracy=0.1).photometer([2.5, 2.5, 1.0], [0, 0, 1])
+
+
+def test_an_open_room_says_how_much_light_escapes_and_where(meshed):
+    open_top = trimesh.Trimesh(BOX.vertices, BOX.faces[~TOP], process=False)
+    scene = meshed(open_top, rho=0.0)
+    solution = renderer.solve(scene, bands="rgb", accuracy=0.05)
+    hole = escaped(solution)[0]
+    assert hole["name"] == "opening"
+    assert hole["area_m2"] == pytest.approx(16)
+    np.testing.assert_allclose(hole["middle"], [2, 2, 3])
+    # Black walls: what escapes is the share of the lamp's directions that meet the hole. Of a rectangle
+    # seen from over its corner: Ω = atan(ab / (c √(a² + b² + c²))), four of them here.
+    share = sum(np.arctan2(a * b, 1.7 * np.sqrt(a * a + b * b + 1.7**2))
+                for a in (1, 3) for b in (1, 3)) / (4 * np.pi)
+    assert hole["escaping_lm"] == pytest.approx(1000 * share, rel=1e-9)
+
+
+NAMED = "".join(f"v {x} {y} {z}\n" for x, y, z in BOX.vertices) + "".join(
+    f"g {'roof' if n[2] > 0.5 else 'slab' if n[2] < -0.5 else 'sides'}\n"
+    f"usemtl {'red' if abs(n[0]) > 0.5 else 'plaster'}\nf {a + 1} {b + 1} {c + 1}\n"
+    for n, (a, b, c) in zip(BOX.face_normals, BOX.faces, strict=True))
+
+
+def test_names_in_the_file_become_surfaces(write):
+    (write.folder / "room.obj").write_text("mtllib /etc/passwd\n" + NAMED)
+    scene = write('mesh = "room.obj"\nwalls = "paint"\n[room.surfaces]\nroof = "paint"\nslab = "red"',
+                  plain=False)
+    used = dict(zip(scene.room.surfaces, (m.name for m in scene.materials), strict=True))
+    assert used == {"walls": "paint", "roof": "paint", "slab": "red", "red": "red"}
+    assert {k: round(float(p.area)) for k, p in scene.room.surfaces.items()} == {
+        "walls": 24, "roof": 16, "slab": 16, "red": 24}
+
+
+def test_names_in_a_glb_become_surfaces(write):
+    parts = trimesh.Scene()
+    parts.add_geometry(trimesh.Trimesh(BOX.vertices, BOX.faces[TOP], process=False), geom_name="roof")
+    parts.add_geometry(trimesh.Trimesh(BOX.vertices, BOX.faces[~TOP], process=False), geom_name="rest")
+    parts.export(write.folder / "room.glb")
+    scene = write('mesh = "room.glb"\n[room.surfaces]\nroof = "red"')
+    assert list(scene.room.surfaces) == ["floor", "walls", "roof"]
+    assert scene.materials[2].name == "red"
+
+
+def test_units_and_axes_of_a_file(write):
+    BOX.copy().apply_scale(1000).export(write.folder / "mm.stl")
+    assert write('mesh = "mm.stl"\nunits = "mm"').size == pytest.approx([4, 4, 3])
+    trimesh.Trimesh(BOX.vertices[:, [0, 2, 1]] * [1, 1, -1], BOX.faces).export(write.folder / "y.obj")
+    scene = write('mesh = "y.obj"\nup = "y"', POINT)
+    assert scene.size == pytest.approx([4, 4, 3])
+    assert float(scene.room.surfaces["floor"].area) == pytest.approx(16)
+
+
+def test_one_wall_of_an_outline_may_be_red(outlined):
+    scene = outlined(L, lines='[room.surfaces]\nwall_3 = "red"')
+    used = dict(zip(scene.room.surfaces, (m.name for m in scene.materials), strict=True))
+    assert [k for k, v in used.items() if v == "red"] == ["wall_3"]
+    wall = scene.room.surfaces["wall_3"].shell.reshape(-1, 3)
+    assert {tuple(p[:2]) for p in wall} == {(2, 3), (2, 6)}
+    backward = outlined(L[::-1], lines='[room.surfaces]\nwall_1 = "red"')  # between the same two points
+    assert {tuple(p[:2]) for p in backward.room.surfaces["wall_1"].shell.reshape(-1, 3)} == {(2, 3), (2, 6)}
+
+
+# -- refusals ----------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize(("lines", "words"), [
+    ("outline = [[0, 0], [4, 0]]\nheight = 3", ["room.outline", "at least 3"]),
+    ("outline = [[0, 0], [4, 4], [4, 0], [0, 4]]\nheight = 3", ["room.outline", "crosses", "[2, 2]"]),
+    ("outline = [[0, 0], [4, 0], [4, 0], [0, 4]]\nheight = 3", ["outline[2] repeats outline[1]"]),
+    ("outline = [[0, 0], [4, 0], [0, 4], [0, 0]]\nheight = 3", ["outline[0] repeats outline[3]"]),
+    ("outline = [[0, 0], [1, 0], [2, 0]]\nheight = 3", ["room.outline"]),
+    ("outline = [[0, 0], [4, 0], [4, 4], [2, 0], [0, 4]]\nheight = 3", ["touches itself"]),
+    ("outline = [[0, 0], [4, 0], [4, 1e-8], [0, 4]]\nheight = 3", ["outline[1]", "1e-08 m apart"]),
+    ("outline = [[0, 0], [4, 0], [0, 4]]\nheight = 0", ["room.height", "0"]),
+    ("outline = [[0, 0], [4, 0], [0, 4]]", ["height is missing"]),
+    ("outline = [[0, 0], [4, nan], [0, 4]]\nheight = 3", ["room.outline", "finite"]),
+    ("outline = [[0, 0], [4, 0], [0, 4]]\nheight = 3\nsize = [1, 1, 1]", ["size and outline are given"]),
+    ('outline = [[0, 0], [4, 0], [0, 4]]\nheight = 3\nwall_x0 = "red"', ["wall_x0", "room.surfaces"]),
+    ('outline = [[0, 0], [4, 0], [0, 4]]\nheight = 3\n[room.surfaces]\nwall_3 = "red"',
+     ["room.surfaces.wall_3", "wall_2"]),
+    ('size = [4, 4, 3]\n[room.surfaces]\nwall_0 = "red"', ["surfaces", "wall_x0"]),
+    ("size = [4, 4, 3]\nheight = 3", ["height", "outline"]),
+    ('mesh = "none.obj"', ["room.mesh", "none.obj", "no file"]),
+    ('mesh = "room.dae"', ["room.mesh", "room.dae", "OBJ"]),
+    ('mesh = "room.stl"\nunits = "mile"', ["room.units", "mile"]),
+])
+def test_a_fault_of_the_room_is_refused_in_one_sentence(write, lines, words):
+    (write.folder / "room.dae").write_text("<COLLADA/>")
+    with pytest.raises(renderer.InputError) as refused:
+        write(lines)
+    message = str(refused.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+def loose(*pieces):
+    vertices = np.vstack([BOX.vertices, *(np.array(p, dtype=float) for p in pieces)])
+    faces = [[8 + 3 * k, 9 + 3 * k, 10 + 3 * k] for k in range(len(pieces))]
+    return trimesh.Trimesh(vertices, np.vstack([BOX.faces, faces]), process=False)
+
+
+@pytest.mark.parametrize(("mesh", "word"), [
+    (trimesh.util.concatenate([BOX, BOX.copy().apply_translation([9, 0, 0])]), "outside the room's, at [9,"),
+    (loose([[1, 1, 1], [2, 1, 1], [2, 2, 1]]), "sheet without thickness in the room, at [2, 1, 1]"),
+    (BOX.copy().apply_scale(1e10), "at most 1e+09 m"),
+    (BOX.copy().apply_scale(1e-12), "at least 1e-09 m"),
+    (trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], process=False), "no faces with area"),
+    (trimesh.util.concatenate([trimesh.Trimesh(BOX.vertices, BOX.faces[~TOP], process=False),
+                               trimesh.Trimesh(BOX.vertices + [0, 0, 0.01], BOX.faces[TOP], process=False)]),
+     "do not join"),
+], ids=["two rooms", "sheet", "gigantic", "tiny", "degenerate", "gap"])
+def test_a_mesh_that_is_no_room_is_refused_in_one_sentence(meshed, mesh, word):
+    with pytest.raises(renderer.InputError, match=r"room\.mesh: room\.ply") as refused:
+        meshed(mesh, suffix="ply")
+    assert word in str(refused.value)
+
+
+@pytest.mark.parametrize("spot", [[4, 5, 1.0], [2.5, 3.5, 1.0], [6, 1, 1]])
+def test_what_is_in_the_notch_of_an_l_is_outside(outlined, spot):
+    lines = ", ".join(map(str, spot))
+    for more in (f"[[photometers]]\nposition = [{lines}]\nnormal = [0, 0, 1]",
+                 f"[camera]\nposition = [{lines}]\nlook_at = [0, 0, 0]",
+                 f'[[objects]]\nshape = "box"\nposition = [{lines}]\nsize = [0.2, 0.2, 0.2]\n'
+                 'material = "paint"'):
+        with pytest.raises(renderer.InputError, match="outside the room"):
+            outlined(L, more=more)
+    with pytest.raises(renderer.InputError, match="outside the room"):
+        outlined(L, POINT.replace("1.0, 1.0, 1.3", lines))
+    with pytest.raises(renderer.InputError, match="outside the room"):
+        renderer.solve(outlined(L), accuracy=0.2).photometer(spot, [0, 0, 1])
+
+
+def test_a_lamp_from_arm_to_arm_is_outside_the_room(outlined):
+    lamp = panel([3, 3.5, 2.0]).replace("size = [1.0, 1.0]", "size = [4.0, 0.5]")
+    with pytest.raises(renderer.InputError, match="outside the room"):
+        outlined(U, lamp)
+
+
+# -- fuzzing -----------------------------------------------------------------------------------------
+
+def exported(suffix: str) -> bytes:
+    data = BOX.export(file_type=suffix)
+    return data.encode() if isinstance(data, str) else data
+
+
+FILES = {"obj": NAMED.encode(), "stl": exported("stl"), "ply": exported("ply"), "glb": exported("glb"),
+         "stl_ascii": exported("stl_ascii")}
+
+
+@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(kind=st.sampled_from(sorted(FILES)), data=st.data())
+def test_a_mutated_file_is_read_or_refused(tmp_path, kind, data):
+    content = bytearray(FILES[kind])
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(content)))
+        fresh = data.draw(st.binary(max_size=8))
+        drop = data.draw(st.integers(0, 8) | st.integers(0, len(content)))
+        content[at:at + drop] = fresh
+    path = tmp_path / f"solid.{kind.split('_')[0]}"
+    path.write_bytes(bytes(content))
+    for load in (lambda: load_solid(path, "scene.toml", 1.0, "z"),
+                 lambda: mesh_room(path, 1.0, "z", [], [], "scene.toml")):
+        with contextlib.suppress(renderer.InputError):  # anything else fails the test
+            load()
