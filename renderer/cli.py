@@ -182,7 +182,7 @@ def compare(*scenes: str, solving: Solving | None = None, output: Output | None 
         for r, ratio in zip(case.readings, case.ratios, strict=True):
             rows.append([case.solution.scene.title, case.solution.bands.name, r.name,
                          f"{r.direct_lx:.2f}", f"{r.indirect_lx:.2f}", f"{r.total_lx:.2f}",
-                         f"± {r.uncertainty:.2f}", "–" if ratio is None else f"{ratio:.3f}"])
+                         f"± {r.uncertainty:.2g}", "–" if ratio is None else f"{ratio:.3f}"])
     _show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total",
                                "95 %", "ratio to first room"], rows)
     _laws([case.solution for case in cases])

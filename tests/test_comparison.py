@@ -26,7 +26,7 @@ def test_the_table_has_the_stated_columns_and_rows(rows, compared):
     folder, done = compared
     record = json.loads((folder / "outputs" / "comparison.json").read_text())
     assert len(record["table"]) == len(record["rooms"]) == 6
-    for text in ("Grey room", "Saturated red room", "1.046", "1.666"):
+    for text in ("Grey room", "Saturated red room", "1.046", "1.667"):
         assert text in done.stdout
 
 
