@@ -4,7 +4,9 @@ import json
 from math import atan, log, pi, sqrt
 from pathlib import Path
 
-ORACLES = json.loads((Path(__file__).parent / "data" / "oracles.json").read_text())
+import renderer
+
+ORACLES = json.loads((Path(renderer.__file__).parent / "studies" / "validation" / "oracles.json").read_text())
 FORM_FACTORS = {entry["case"]: entry["value"] for entry in ORACLES["form_factors"]}
 
 

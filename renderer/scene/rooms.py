@@ -15,8 +15,9 @@ CONVEX = 1e-6
 convex: what single-precision files round a flat wall to."""
 SHORTEST = 1e-5
 """Shortest wall of an outline, relative to the room's longest side: past what rays resolve."""
-INSIDE = 1e-9
-"""A point this far outside, relative to the room's longest side, still counts as inside."""
+INSIDE = 2e-6
+"""A point this far outside, relative to the room's longest side, still counts as inside: no one can say
+where a slanting wall is to more digits, and rays resolve no less."""
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,9 @@ from renderer.transport.polygons import triangulated, without
 
 GRADING = 0.8
 """0 divides a rectangle evenly; 1 as cos, finest where light changes fastest: at edges."""
+CLOSE_TO_LAMP = 36.0
+"""Near a lamp that lights it, a patch is at most this many times its distance from the lamp, times
+patch size over √(room area): once the distance with the patches of 1 %, less where more is asked."""
 NEAREST_LAMP = 64
 """Near a lamp, patches are this much smaller than elsewhere, at the most."""
 FEW = 4
@@ -37,7 +40,8 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
             mountings.append(found)
         else:
             sheets.append((index, luminaire))
-    builder = _Builder(patch_size, COPLANAR * scene.room.scale, len(scene.room.surfaces), luminaires)
+    builder = _Builder(patch_size, COPLANAR * scene.room.scale, len(scene.room.surfaces), luminaires,
+                       CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area))
     rectangles = [(index, face) for index, parts in enumerate(every) for face in parts.rectangles]
     polygons = [(index, face) for index, parts in enumerate(every) for face in parts.polygons]
     outlines = np.array([r.corners for _, r in rectangles]
@@ -70,11 +74,13 @@ def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
 
 
 class _Builder:
-    def __init__(self, patch_size: float, touch: float, n_walls: int, luminaires: list[Luminaire]):
+    def __init__(self, patch_size: float, touch: float, n_walls: int, luminaires: list[Luminaire],
+                 close: float):
         self.patch_size = patch_size
         self.touch = touch
         self.n_walls = n_walls
         self.luminaires = luminaires
+        self.close = close
         self.vertices, self.patches, self.surface = [], [], []
         self.vertex_surface, self.twin = [], []
         self.n_vertices = self.n_patches = 0
@@ -160,8 +166,8 @@ class _Builder:
         return np.concatenate(pieces) / length
 
     def toward_lamps(self, rectangle: Rectangle, cells: np.ndarray) -> np.ndarray:
-        """Cells (m, 4) of a rectangle, s and t from and to, quartered until none is longer than it is
-        far from a lamp that lights the rectangle: near a lamp, light varies over that distance."""
+        """Cells (m, 4) of a rectangle, s and t from and to, quartered until each is short for its
+        distance from any lamp that lights the rectangle: near a lamp, light varies over that distance."""
         sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
         axes = np.stack([rectangle.u / sides[0], rectangle.v / sides[1], rectangle.normal])
         smallest = self.patch_size / NEAREST_LAMP
@@ -178,7 +184,7 @@ class _Builder:
                     away = np.sqrt(beside[0] ** 2 + beside[1] ** 2 + point[2] ** 2)
                     length = np.maximum((cells[:, 1] - cells[:, 0]) * sides[0],
                                         (cells[:, 3] - cells[:, 2]) * sides[1])
-                    long = length > 1.01 * np.maximum(away, smallest)
+                    long = length > 1.01 * np.maximum(self.close * away, smallest)
                     if not long.any():
                         break
                     cells = np.vstack([cells[~long], _quartered(cells[long])])

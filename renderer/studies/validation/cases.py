@@ -1,0 +1,100 @@
+"""What validation says of one number: what was expected, what came out, and whether that will do."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from renderer.scene.reading import Scene, load
+
+
+@dataclass(frozen=True)
+class Case:
+    """One quantity held against its expected value; or what is refused, against the reason given.
+
+    expected, got : a number in `unit`, or a sentence
+    tolerance : largest |got − expected| that passes; of a sentence, expected is part of it
+    source : of the expected value
+    """
+
+    group: str
+    case: str
+    quantity: str
+    expected: float | str
+    got: float | str
+    tolerance: float = 0.0
+    unit: str = "1"
+    source: str = ""
+
+    @property
+    def error(self) -> float | None:
+        """How far off [unit]; None for a sentence."""
+        if isinstance(self.expected, str) or isinstance(self.got, str):
+            return None
+        return self.got - self.expected
+
+    @property
+    def passes(self) -> bool:
+        """The verdict."""
+        if self.error is not None:
+            return abs(self.error) <= self.tolerance
+        return isinstance(self.expected, str) and isinstance(self.got, str) and self.expected in self.got
+
+    def record(self) -> dict:
+        """As JSON."""
+        return {**vars(self), "error": self.error, "passes": self.passes}
+
+    def cells(self) -> list[str]:
+        """As a row of COLUMNS."""
+        verdict = "pass" if self.passes else "FAIL"
+        if self.error is None:
+            return [self.case, self.quantity, "a sentence", f"“{self.got}”", "–", "–", verdict]
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return [self.case, self.quantity, f"{self.expected:.7g}{unit}", f"{self.got:.7g}{unit}",
+                f"{self.error:+.1e}", f"{self.tolerance:.1e}", verdict]
+
+
+COLUMNS = ("case", "quantity", "expected", "got", "error", "tolerance", "verdict")
+
+
+def markdown(cases: list[Case]) -> str:
+    """The cases as one table a group."""
+    lines = []
+    for group in dict.fromkeys(case.group for case in cases):
+        rows = [case for case in cases if case.group == group]
+        source = "; ".join(dict.fromkeys(case.source for case in rows if case.source))
+        lines += ["", f"**{group}.**" + (f" {source}." if source else ""), "",
+                  "| " + " | ".join(COLUMNS) + " |", "|---" * len(COLUMNS) + "|"]
+        lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in case.cells()) + " |" for case in rows]
+    return "\n".join(lines[1:]) + "\n"
+
+
+PANEL = """
+[[luminaires]]
+name = "panel"
+shape = "rectangle"
+center = [2, 2, 3]
+normal = [0, 0, -1]
+size = [1, 1]
+luminance = 1000
+"""
+
+
+def box_room(folder: Path, rest: str = PANEL, size=(4, 4, 3), rho: float = 0.5, faces: str = "",
+             shape: str = "") -> Scene:
+    """A room written as a scene file and read as users' files are.
+
+    folder : where to write it; rest : more tables, as TOML; faces : lines of [room] that give some faces
+    another material ("black", "white"); shape : lines that give the room's shape, else `size`
+    """
+    shape = shape or f"size = [{', '.join(repr(float(x)) for x in size)}]"
+    named = {line.split("=")[0].strip() for line in faces.splitlines()}
+    plain = [f'{key} = "paint"' for key in ("floor", "walls", "ceiling") if key not in named]
+    path = folder / f"room{len(list(folder.glob('room*.toml')))}.toml"
+    path.write_text("\n".join(["[room]", shape, faces, *plain, "[materials]",
+                               f"paint = {{reflectance = {rho!r}}}", "black = {reflectance = 0.0}",
+                               "white = {reflectance = 1.0}", rest]))
+    return load(path)
+
+
+def meter(*position: float, normal=(0, 0, 1)) -> str:
+    """A [[photometers]] table."""
+    return f"\n[[photometers]]\nposition = {list(map(float, position))}\nnormal = {list(map(float, normal))}\n"

@@ -1,0 +1,65 @@
+"""Spectra and what is read from them: Planck, the D series, colour temperature, the body clock."""
+
+import numpy as np
+from scipy import constants
+
+from renderer.colour.bands import band_set
+from renderer.colour.lamps import band_flux, correlated, illuminant
+from renderer.colour.tables import cie_1931, d65
+from renderer.readings.colorimetry import chromaticity, colour_temperature, melanopic_edi
+from renderer.studies.validation.cases import Case
+from renderer.studies.validation.photometry import ORACLES
+
+
+def planck() -> list[Case]:
+    """Black bodies against Planck's law with the constants of the SI."""
+    rows = []
+    c2 = constants.h * constants.c / constants.k
+    for kelvin in (1500.0, 2856.0, 3900.0):
+        lamp = correlated(kelvin)
+        for low, high in ((450, 555), (700, 555)):
+            got = np.interp(low, lamp.nm, lamp.values) / np.interp(high, lamp.nm, lamp.values)
+            a, b = (np.expm1(c2 / (nm * 1e-9 * kelvin)) * nm**5 for nm in (low, high))
+            rows.append(Case("Spectra", f"black body, {kelvin:g} K", f"L({low} nm)/L({high} nm)", b / a,
+                             float(got), 1e-4 * b / a, source="Planck's law; CIE 15:2018"))
+    return rows
+
+
+def daylight() -> list[Case]:
+    """The D series at 6504 K against the tabulated D65."""
+    nm, table = d65()
+    lamp = correlated(6504.0)
+    rows = []
+    for at in (400, 450, 500, 600, 700):
+        expected = np.interp(at, nm, table) / np.interp(560, nm, table)
+        got = np.interp(at, lamp.nm, lamp.values) / np.interp(560, lamp.nm, lamp.values)
+        # The series' coefficients are rounded to three places: 5e-4 of S0's 100 each, on two terms.
+        rows.append(Case("Spectra", "D series, 6504 K", f"S({at} nm)/S(560 nm)", expected, float(got), 2e-3,
+                         source="CIE 15:2018, table of D65"))
+    return rows
+
+
+def colorimetry() -> list[Case]:
+    """Lumens, chromaticity, colour temperature and melanopic light of lamps in 31 bands."""
+    bands, rows = band_set("31"), []
+    for name in ("D65", "A", "FL2", "FL11", "LED-B3"):
+        flux = band_flux(illuminant(name, ""), 1000.0, bands, "")
+        rows.append(Case("Colorimetry", name, "flux", 1000.0, float(flux @ bands.luminous), 1e-9, "lm",
+                         "the stated lumens"))
+        lamp = illuminant(name, "")
+        nm, observer = cie_1931()
+        xyz = np.interp(nm, lamp.nm, lamp.values, left=0, right=0) @ observer
+        for axis, expected, got in zip("xy", xyz / xyz.sum(), chromaticity(flux, bands), strict=False):
+            # A band spreads a line by up to 5 nm; 0.002 is about what two white fields side by side show.
+            rows.append(Case("Colorimetry", name, f"{axis} from 31 bands", float(expected), float(got), 2e-3,
+                             source="chromaticity at 1 nm"))
+    fl2 = ORACLES["colour"]["FL2"]
+    cct, duv = colour_temperature(chromaticity(band_flux(illuminant("FL2", ""), 1.0, bands, ""), bands))
+    rows.append(Case("Colorimetry", "FL2", "CCT", fl2["cct_K_ohno2013"], cct, 0.005 * fl2["cct_K_ohno2013"], "K",
+                     "Ohno 2013"))
+    rows.append(Case("Colorimetry", "FL2", "Duv", fl2["duv"], duv, 5e-4, source="Ohno 2013"))
+    for name, expected in ORACLES["alpha_opic"]["melanopic_daylight_efficacy_ratio"].items():
+        got = melanopic_edi(band_flux(illuminant(name, ""), 1.0, bands, ""), bands)
+        rows.append(Case("Colorimetry", name, "melanopic daylight efficacy ratio", expected, got,
+                         0.01 * expected, source="CIE S 026:2018"))
+    return rows
