@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib.metadata import version
+from importlib.util import find_spec
 from math import floor, hypot, log10
 from pathlib import Path
 
@@ -122,7 +124,8 @@ def record(agreement: Agreement) -> dict:
     rows = [{"room": row.room, "meter": row.meter, "renderer": row.ours._asdict(), "verdict": row.verdict,
              "peers": {name: {**peer._asdict(), "difference": row.difference(name)}
                        for name, peer in row.peers.items()}} for row in agreement.rows]
-    return {"rows": rows, "skipped": agreement.skipped}
+    versions = {package: version(package) for package in ("mitsuba", "pyradiance") if find_spec(package)}
+    return {"rows": rows, "skipped": agreement.skipped, "versions": versions}
 
 
 def _ran(agreement: Agreement) -> list[str]:

@@ -22,7 +22,7 @@ TINY = 1e-3
 """Size of what stands for a point, relative to the longest side."""
 PRECISION = 1e-3
 """Half-width, relative to the reading, at which a peer may stop tracing."""
-SECONDS = 5.0
+SECONDS = 4.0
 """Time [s] after which a peer stops tracing a reading in any case."""
 
 

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from importlib.util import find_spec
+from itertools import count
 
 import numpy as np
 
@@ -40,6 +41,8 @@ VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 PIXELS = 16
 PATHS = 1024
 """Paths a pixel in one pass."""
+PASSES = 100_000
+"""More passes than any reading takes."""
 
 
 def readings_in_mitsuba(scenes: list[Scene], progress: Progress) -> list[list[Value]]:
@@ -56,7 +59,8 @@ def readings_in_mitsuba(scenes: list[Scene], progress: Progress) -> list[list[Va
         with ProcessPoolExecutor(1, context, initializer=_silence) as process:
             try:
                 process.submit(_start, variant).result()
-                return [list(_readings(process, scene, progress)) for scene in scenes]
+                streams = count()
+                return [list(_readings(process, scene, streams, progress)) for scene in scenes]
             except BrokenProcessPool:
                 faults.append(f"{variant} aborts")
             except (ImportError, RuntimeError) as error:
@@ -65,11 +69,12 @@ def readings_in_mitsuba(scenes: list[Scene], progress: Progress) -> list[list[Va
                     "see its installation notes.")
 
 
-def _readings(process: ProcessPoolExecutor, scene: Scene, progress: Progress) -> Iterator[Value]:
+def _readings(process: ProcessPoolExecutor, scene: Scene, streams: Iterator[int],
+              progress: Progress) -> Iterator[Value]:
     room = hand_over(scene)
     for k, meter in enumerate(room.meters):
         progress(f"{scene.title}: {scene.photometers[k].name} in {NAME}")
-        yield process.submit(_read, room, meter).result()
+        yield process.submit(_read, room, meter, next(streams)).result()
 
 
 def _silence() -> None:
@@ -86,8 +91,11 @@ def _start(variant: str) -> None:
         raise RuntimeError("it renders no finite picture")
 
 
-def _read(room: Handover, meter: Meter) -> Value:
-    """Trace passes until the reading is precise enough or the time is over."""
+def _read(room: Handover, meter: Meter, stream: int) -> Value:
+    """Trace passes until the reading is precise enough or the time is over.
+
+    stream : a number for each reading, so that none shares another's random numbers.
+    """
     import mitsuba as mi
 
     scene, camera = mi.load_dict(_scene(room, meter)), mi.load_dict(_camera(meter))
@@ -96,7 +104,7 @@ def _read(room: Handover, meter: Meter) -> Value:
     started = time.perf_counter()
     while True:
         pixels = np.array(mi.render(scene, sensor=camera, integrator=integrator, spp=PATHS,
-                                    seed=len(batches)), dtype=float)
+                                    seed=stream * PASSES + len(batches)), dtype=float)
         batches.append(np.pi * pixels.reshape(-1, 3) @ room.luminous)
         read = value(np.concatenate(batches))
         if read.half_width <= PRECISION * read.lx or time.perf_counter() - started > SECONDS:
