@@ -316,7 +316,7 @@ def peers(*, output: Output | None = None) -> None:
     _list_files([out / "peers.json"], out)
     if found.failed:
         _leave(f"{len(found.failed)} of {len(found.rows)} readings differ from a peer's by more than 0.5 % "
-               "and by more than both error bars.", 1)
+               "and by more than both error bars and chance allow.", 1)
 
 
 def _vector(option: str, text: str) -> tuple[float, float, float]:

@@ -19,6 +19,9 @@ ACCURACY = 0.005
 """What our own readings are asked for."""
 TOLERANCE = 0.005
 """A difference up to this, relative to the peer's reading, is agreement whatever the error bars."""
+BEYOND_CHANCE = 1.7
+"""Combined 95 % bars that a difference must pass to count against us: of 52 comparisons chance then
+takes one too far in one run out of twenty (3.3 instead of 1.96 standard errors, Bonferroni)."""
 PEERS: dict[str, Callable[[list[Scene], Progress], list[list[Value]]]] = {
     mitsuba3.NAME: mitsuba3.readings_in_mitsuba, radiance.NAME: radiance.readings_in_radiance}
 
@@ -42,18 +45,19 @@ class Row:
         return abs(self.ours.lx - other.lx) <= max(TOLERANCE * other.lx, other.half_width)
 
     def within_bars(self, peer: str) -> bool:
-        """Whether ours and a peer's differ by at most both error bars together."""
+        """Whether both error bars together, and chance, account for the difference."""
         other = self.peers[peer]
-        return abs(self.ours.lx - other.lx) <= hypot(self.ours.half_width, other.half_width)
+        both = hypot(self.ours.half_width, other.half_width)
+        return abs(self.ours.lx - other.lx) <= BEYOND_CHANCE * both
 
     @property
     def verdict(self) -> str:
-        """`agree`; `within our bar`, where only our own error bar reaches a peer; or who differs."""
+        """`agree`; `within both bars`, further apart but accounted for; or who differs."""
         apart = [peer for peer in self.peers if not self.agrees(peer)]
         against = [peer for peer in apart if not self.within_bars(peer)]
         if against:
             return f"not {', '.join(against)}"
-        return "within our bar" if apart else "agree" if self.peers else "–"
+        return "within both bars" if apart else "agree" if self.peers else "–"
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,7 @@ class Agreement:
 
     @property
     def failed(self) -> list[Row]:
-        """The readings that differ from a peer's by more than 0.5 % and by more than the error bars."""
+        """The readings that differ from a peer's by more than 0.5 %, the error bars and chance."""
         return [row for row in self.rows if row.verdict.startswith("not")]
 
 
