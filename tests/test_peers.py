@@ -8,6 +8,7 @@ from math import hypot, pi
 
 import numpy as np
 import pytest
+import trimesh
 from exact import above_middle
 
 from renderer import cli
@@ -74,7 +75,7 @@ def test_the_radiance_text_holds_every_primitive_with_as_many_numbers_as_it_says
     lines = text.splitlines()
     kinds = [line.split()[1] for line in lines[::4]]
     assert {kind: kinds.count(kind) for kind in set(kinds)} == {
-        "plastic": 7, "light": 4, "polygon": 6 + 12 + 2 + 32, "sphere": 1}
+        "plastic": 7, "light": 4, "polygon": 12 + 12 + 2 + 32, "sphere": 1}
     for counted in lines[3::4]:
         assert int(counted.split()[0]) == len(counted.split()) - 1
 
@@ -108,12 +109,13 @@ def lit(scene, meter):
     """Whether any of 25 points of the lamp shines at a meter past the objects."""
     (lamp,) = scene.luminaires
     u, v = (np.linspace(0.01, 0.99, 5)[:, None] * edge for edge in (lamp.rectangle.u, lamp.rectangle.v))
-    points = (lamp.rectangle.corner + u[:, None] + v[None] + 1e-6 * lamp.normal).reshape(-1, 3)
+    points = (lamp.rectangle.corner + u[:, None] + v[None] + 1e-3 * lamp.normal).reshape(-1, 3)
     away = np.array(meter.position) - points
     clear = np.full(len(points), (away[0] @ lamp.normal > 0))
-    for solid in scene.solids:
-        hits, rays, _ = solid.mesh.ray.intersects_location(points, away)
-        before = np.linalg.norm(hits - points[rays], axis=1) < np.linalg.norm(away[rays], axis=1)
+    shell = trimesh.Trimesh(**trimesh.triangles.to_kwargs(scene.room.shell))
+    for solid in [shell, *(s.mesh for s in scene.solids)]:
+        hits, rays, _ = solid.ray.intersects_location(points, away)
+        before = np.linalg.norm(hits - points[rays], axis=1) < 0.999 * np.linalg.norm(away[rays], axis=1)
         clear[rays[before]] = False
     return clear.any()
 

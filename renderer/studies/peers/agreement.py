@@ -78,7 +78,7 @@ def rooms() -> list[Scene]:
     folder = Path(__file__).parent / "rooms"
     box = load(folder / "box.toml")
     paints = [Material("paint", flat=rho) for rho in REFLECTANCES]
-    painted = [replace(box, title=f"box, ρ = {paint.flat:g}", materials=[paint] * len(box.room))
+    painted = [replace(box, title=f"box, ρ = {paint.flat:g}", materials=[paint] * len(box.room.surfaces))
                for paint in paints]
     return painted + [load(folder / f"{name}.toml") for name in ("occluder", "l_shaped", "uplight")]
 

@@ -12,6 +12,7 @@ from scipy.stats import t as student
 
 from renderer.colour.bands import band_set
 from renderer.scene.reading import Scene
+from renderer.scene.rooms import Room
 
 LONGEST = 1000.0
 """Length of the room's longest side in the peers' units."""
@@ -79,12 +80,12 @@ class Handover:
 def hand_over(scene: Scene) -> Handover:
     """The room as a peer is given it: the faces that our mesh is made from, before it is made."""
     bands = band_set("rgb")
-    scale, middle = LONGEST / scene.size.max(), scene.size / 2
+    scale, middle = LONGEST / scene.room.scale, scene.room.bounds.mean(axis=0)
 
     def units(points) -> np.ndarray:
         return (np.asarray(points, dtype=float) - middle) * scale
 
-    polygons = [[units(r.corners)] for r in scene.room.values()]
+    polygons = [list(units(parts.shell)) for parts in scene.room.surfaces.values()]
     polygons += [list(units(solid.mesh.triangles)) for solid in scene.solids]
     reflectance = scene.reflectance(bands)[: len(polygons)]  # the rest are the lamps' own faces
     surfaces = [Surface(p, rho) for p, rho in zip(polygons, reflectance, strict=True)]
@@ -95,19 +96,20 @@ def hand_over(scene: Scene) -> Handover:
             points.append(Point(units(lum.center), flux / (4 * np.pi) * scale**2))
             continue
         if outline is None:
-            outline = _tiny_square(lum.center, lum.normal, TINY * scene.size.max())
+            outline = _tiny_square(lum.center, lum.normal, TINY * scene.room.scale)
         face = units(outline) + LIFT * LONGEST * lum.normal
         radiance = flux * scale**2 / (np.pi * _area(face))
         surfaces.append(Surface([face], np.zeros(3), radiance))
-    return Handover(surfaces, points, [_meter(p, scene.size, units) for p in scene.photometers],
+    return Handover(surfaces, points, [_meter(p, scene.room, units) for p in scene.photometers],
                     bands.luminous)
 
 
-def _meter(photometer, size: np.ndarray, units) -> Meter:
+def _meter(photometer, room: Room, units) -> Meter:
     normal = np.array(photometer.normal, dtype=float)
     normal /= np.linalg.norm(normal)
-    off = LIFT * size.max()
-    return Meter(units(np.clip(np.array(photometer.position) + off * normal, off, size - off)), normal)
+    off = LIFT * room.scale
+    low, high = room.bounds
+    return Meter(units(np.clip(np.array(photometer.position) + off * normal, low + off, high - off)), normal)
 
 
 def across(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
