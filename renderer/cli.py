@@ -298,6 +298,27 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     _laws([solution])
 
 
+@app.command
+def peers(*, output: Output | None = None) -> None:
+    """The same rooms in Mitsuba 3 and Radiance, readings side by side with everyone's error bars."""
+    from renderer.files import output_folder, whole_file
+    from renderer.studies.peers import agreement
+
+    output = output or Output()
+    out = output_folder(output.out)
+    with _progress(output.quiet) as progress:
+        found = agreement.compare_with_peers(agreement.rooms(), progress)
+        with whole_file(out / "peers.json") as part:
+            part.write_text(json.dumps(agreement.record(found), indent=1, allow_nan=False))
+    _show("Illuminance [lx] with 95 % half-widths", agreement.columns(found), agreement.cells(found))
+    for sentence in found.skipped:
+        _say(sentence)
+    _list_files([out / "peers.json"], out)
+    if found.failed:
+        _leave(f"{len(found.failed)} of {len(found.rows)} readings differ from a peer's by more than 0.5 % "
+               "and by more than both error bars and chance allow.", 1)
+
+
 def _vector(option: str, text: str) -> tuple[float, float, float]:
     from math import isfinite
 

@@ -1,0 +1,146 @@
+"""The same rooms in this program and its peers, readings side by side with everyone's error bars."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from importlib.util import find_spec
+from math import floor, hypot, log10
+from pathlib import Path
+
+from renderer.colour.materials import Material
+from renderer.scene.reading import Scene, load
+from renderer.solution import Progress, Rooms, solve
+from renderer.studies.peers import mitsuba3, radiance
+from renderer.studies.peers.handover import CannotRun, Value
+
+REFLECTANCES = (0.05, 0.2, 0.5, 0.8, 0.9)
+"""What box.toml is painted with, every surface alike."""
+ACCURACY = 0.005
+"""What our own readings are asked for."""
+TOLERANCE = 0.005
+"""A difference up to this, relative to the peer's reading, is agreement whatever the error bars."""
+BEYOND_CHANCE = 1.7
+"""Combined 95 % bars that a difference must pass to count against us: of 52 comparisons chance then
+takes one too far in one run out of twenty (3.3 instead of 1.96 standard errors, Bonferroni)."""
+PEERS: dict[str, Callable[[list[Scene], Progress], list[list[Value]]]] = {
+    mitsuba3.NAME: mitsuba3.readings_in_mitsuba, radiance.NAME: radiance.readings_in_radiance}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One reading: ours, and each peer's by its name."""
+
+    room: str
+    meter: str
+    ours: Value
+    peers: dict[str, Value]
+
+    def difference(self, peer: str) -> float:
+        """How far ours is above a peer's, relative to the peer's [1]; where that is dark, in lx."""
+        return (self.ours.lx - self.peers[peer].lx) / (self.peers[peer].lx or 1.0)
+
+    def agrees(self, peer: str) -> bool:
+        """Whether ours and a peer's differ by at most 0.5 % or the peer's own error bar."""
+        other = self.peers[peer]
+        return abs(self.ours.lx - other.lx) <= max(TOLERANCE * other.lx, other.half_width)
+
+    def within_bars(self, peer: str) -> bool:
+        """Whether both error bars together, and chance, account for the difference."""
+        other = self.peers[peer]
+        both = hypot(self.ours.half_width, other.half_width)
+        return abs(self.ours.lx - other.lx) <= BEYOND_CHANCE * both
+
+    @property
+    def verdict(self) -> str:
+        """`agree`; `within both bars`, further apart but accounted for; or who differs."""
+        apart = [peer for peer in self.peers if not self.agrees(peer)]
+        against = [peer for peer in apart if not self.within_bars(peer)]
+        if against:
+            return f"not {', '.join(against)}"
+        return "within both bars" if apart else "agree" if self.peers else "–"
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """All readings, and a sentence for each peer that could not run."""
+
+    rows: list[Row]
+    skipped: list[str]
+
+    @property
+    def failed(self) -> list[Row]:
+        """The readings that differ from a peer's by more than 0.5 %, the error bars and chance."""
+        return [row for row in self.rows if row.verdict.startswith("not")]
+
+
+def rooms() -> list[Scene]:
+    """The rooms that are compared: a box of five reflectances, a partition, an L, an uplight."""
+    folder = Path(__file__).parent / "rooms"
+    box = load(folder / "box.toml")
+    paints = [Material("paint", flat=rho) for rho in REFLECTANCES]
+    painted = [replace(box, title=f"box, ρ = {paint.flat:g}", materials=[paint] * len(box.room.surfaces))
+               for paint in paints]
+    return painted + [load(folder / f"{name}.toml") for name in ("occluder", "l_shaped", "uplight")]
+
+
+def compare_with_peers(scenes: list[Scene], progress: Progress) -> Agreement:
+    """Read every photometer of every scene here, in RGB, and in each peer that can run."""
+    shared = Rooms()
+    ours = [solve(scene, "rgb", ACCURACY, rooms=shared, progress=progress).photometers()
+            for scene in scenes]
+    theirs, skipped = {}, []
+    for name, readings in PEERS.items():
+        try:
+            theirs[name] = readings(scenes, progress)
+        except CannotRun as sentence:
+            skipped.append(str(sentence))
+    rows = [Row(scene.title, reading.name, Value(reading.total_lx, reading.uncertainty),
+                {name: values[k][m] for name, values in theirs.items()})
+            for k, scene in enumerate(scenes) for m, reading in enumerate(ours[k])]
+    return Agreement(rows, skipped)
+
+
+def columns(agreement: Agreement) -> list[str]:
+    """Headings of the table."""
+    peers = [text for name in _ran(agreement) for text in (f"{name} lx", "difference")]
+    return ["room", "meter", "renderer lx", *peers, "verdict"]
+
+
+def cells(agreement: Agreement) -> list[list[str]]:
+    """The table as text, one list a reading."""
+    table = []
+    for row in agreement.rows:
+        peers = [text for name in _ran(agreement)
+                 for text in (_bar(row.peers[name]), _percent(row.difference(name)))]
+        table.append([row.room, row.meter, _bar(row.ours), *peers, row.verdict])
+    return table
+
+
+def markdown(agreement: Agreement) -> str:
+    """The table for docs/verification.md, with the sentences on what did not run."""
+    lines = [columns(agreement), ["---"] * len(columns(agreement)), *cells(agreement)]
+    table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return "\n\n".join([table, *agreement.skipped]) + "\n"
+
+
+def record(agreement: Agreement) -> dict:
+    """The whole comparison as the object that a JSON file holds."""
+    rows = [{"room": row.room, "meter": row.meter, "renderer": row.ours._asdict(), "verdict": row.verdict,
+             "peers": {name: {**peer._asdict(), "difference": row.difference(name)}
+                       for name, peer in row.peers.items()}} for row in agreement.rows]
+    versions = {package: version(package) for package in ("mitsuba", "pyradiance") if find_spec(package)}
+    return {"rows": rows, "skipped": agreement.skipped, "versions": versions}
+
+
+def _ran(agreement: Agreement) -> list[str]:
+    return list(agreement.rows[0].peers) if agreement.rows else []
+
+
+def _bar(read: Value) -> str:
+    """142.43 ± 0.21: the half-width to two digits, and the reading to the same place."""
+    digits = 4 if read.half_width <= 0 else min(max(1 - floor(log10(read.half_width)), 0), 4)
+    return f"{read.lx:.{digits}f} ± {read.half_width:.{digits}f}"
+
+
+def _percent(difference: float) -> str:
+    return f"{difference:+.2%}".replace("-", "−").replace("%", " %")

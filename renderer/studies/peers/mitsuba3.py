@@ -1,0 +1,166 @@
+"""The same room in Mitsuba 3: W. Jakob et al., Mitsuba 3 renderer, 2022, mitsuba-renderer.org.
+
+An unbiased path tracer with next-event estimation and Russian roulette, no limit to the number of
+bounces. A meter is a tiny white Lambertian tile that a narrow camera looks at: its luminance is E/π,
+and its first bounce is sampled like every other. Each pixel is an independent estimate. It works
+in single precision and starts rays some 1e-4 of their distance from the room's middle off a surface,
+which moves a reading by about 0.01 % beyond its error bar.
+"""
+
+import multiprocessing
+import os
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from importlib.util import find_spec
+from itertools import count
+
+import numpy as np
+
+from renderer.scene.reading import Scene
+from renderer.solution import Progress
+from renderer.studies.peers.handover import (
+    LONGEST,
+    PRECISION,
+    SECONDS,
+    TINY,
+    CannotRun,
+    Handover,
+    Meter,
+    Surface,
+    Value,
+    across,
+    hand_over,
+    value,
+)
+
+NAME = "Mitsuba 3"
+VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
+"""Compiled for this processor, some ten times as fast, or plain C++, which needs no LLVM."""
+PIXELS = 16
+PATHS = 1024
+"""Paths a pixel in one pass."""
+PASSES = 100_000
+"""More passes than any reading takes."""
+
+
+def readings_in_mitsuba(scenes: list[Scene], progress: Progress) -> list[list[Value]]:
+    """What every photometer of every scene reads in Mitsuba. Raises CannotRun.
+
+    It runs in a process of its own: with an unfit LLVM library it does not fail but aborts.
+    """
+    if find_spec("mitsuba") is None:
+        raise CannotRun(f"{NAME} is skipped: the package mitsuba is not installed; "
+                        "pip install 'renderer[peers]' brings it.")
+    faults = []
+    for variant in VARIANTS:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(1, context, initializer=_silence) as process:
+            try:
+                process.submit(_start, variant).result()
+                streams = count()
+                return [list(_readings(process, scene, streams, progress)) for scene in scenes]
+            except BrokenProcessPool:
+                faults.append(f"{variant} aborts")
+            except (ImportError, RuntimeError) as error:
+                faults.append(f"{variant}: {' '.join(str(error).split())}")
+    raise CannotRun(f"{NAME} is skipped: it does not start ({'; '.join(faults)}); "
+                    "see its installation notes.")
+
+
+def _readings(process: ProcessPoolExecutor, scene: Scene, streams: Iterator[int],
+              progress: Progress) -> Iterator[Value]:
+    room = hand_over(scene)
+    for k, meter in enumerate(room.meters):
+        progress(f"{scene.title}: {scene.photometers[k].name} in {NAME}")
+        yield process.submit(_read, room, meter, next(streams)).result()
+
+
+def _silence() -> None:
+    """What the other process writes to stderr is not for the user."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+
+
+def _start(variant: str) -> None:
+    """Choose a variant and see that it can trace; where LLVM is unfit this ends the process."""
+    import mitsuba as mi
+
+    mi.set_variant(variant)
+    if not np.isfinite(np.array(mi.render(mi.load_dict(mi.cornell_box()), spp=1))).all():
+        raise RuntimeError("it renders no finite picture")
+
+
+def _read(room: Handover, meter: Meter, stream: int) -> Value:
+    """Trace passes until the reading is precise enough or the time is over.
+
+    stream : a number for each reading, so that none shares another's random numbers.
+    """
+    import mitsuba as mi
+
+    scene, camera = mi.load_dict(_scene(room, meter)), mi.load_dict(_camera(meter))
+    integrator = mi.load_dict({"type": "path", "max_depth": -1})
+    batches: list[np.ndarray] = []
+    started = time.perf_counter()
+    while True:
+        pixels = np.array(mi.render(scene, sensor=camera, integrator=integrator, spp=PATHS,
+                                    seed=stream * PASSES + len(batches)), dtype=float)
+        batches.append(np.pi * pixels.reshape(-1, 3) @ room.luminous)
+        read = value(np.concatenate(batches))
+        if read.half_width <= PRECISION * read.lx or time.perf_counter() - started > SECONDS:
+            return read
+
+
+def _scene(room: Handover, meter: Meter) -> dict:
+    """The room as Mitsuba's dictionary, with a white tile where the meter is."""
+    import mitsuba as mi
+
+    u, v = (TINY / 4 * LONGEST * x for x in across(meter.normal))
+    tile = Surface([meter.position + np.array([-u - v, u - v, u + v, v - u])], np.ones(3))
+    parts = {f"surface{k}": _mesh(s, f"surface{k}") for k, s in enumerate([*room.surfaces, tile])}
+    for k, point in enumerate(room.points):
+        parts[f"point{k}"] = {"type": "point", "position": point.center.tolist(),
+                              "intensity": _rgb(point.intensity)}
+    return {"type": "scene", **{key: mi.load_dict(p) if isinstance(p, dict) else p
+                                for key, p in parts.items()}}
+
+
+def _camera(meter: Meter) -> dict:
+    """Looks straight at the middle of the tile from as near as Mitsuba traces well."""
+    import mitsuba as mi
+
+    away = TINY * LONGEST
+    look = mi.ScalarTransform4f().look_at(origin=(meter.position + away * meter.normal).tolist(),
+                                          target=meter.position.tolist(),
+                                          up=across(meter.normal)[0].tolist())
+    return {"type": "orthographic", "near_clip": away / 10, "far_clip": 2 * away,
+            "to_world": look.scale([TINY / 100 * LONGEST, TINY / 100 * LONGEST, 1.0]),
+            "film": {"type": "hdrfilm", "width": PIXELS, "height": PIXELS, "pixel_format": "rgb",
+                     "rfilter": {"type": "box"}},
+            "sampler": {"type": "independent"}}
+
+
+def _mesh(surface: Surface, name: str):
+    """Triangles with one finish; lamps are black and shine from their front."""
+    import mitsuba as mi
+
+    corners, triangles = [], []
+    for polygon in surface.polygons:
+        first = len(corners)
+        corners += list(polygon)
+        triangles += [(first, first + k, first + k + 1) for k in range(1, len(polygon) - 1)]
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict({"type": "twosided", "both": {
+        "type": "diffuse", "reflectance": _rgb(surface.reflectance)}})
+    if surface.radiance is not None:
+        properties["emitter"] = mi.load_dict({"type": "area", "radiance": _rgb(surface.radiance)})
+    mesh = mi.Mesh(name, len(corners), len(triangles), props=properties)
+    arrays = mi.traverse(mesh)
+    arrays["vertex_positions"] = np.ravel(corners)
+    arrays["faces"] = np.ravel(triangles)
+    arrays.update()
+    return mesh
+
+
+def _rgb(values: np.ndarray) -> dict:
+    return {"type": "rgb", "value": values.tolist()}
