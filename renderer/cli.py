@@ -62,7 +62,7 @@ class Solving:
     """How a scene is solved."""
 
     bands: str | None = None
-    "rgb or 31; else as the scene says."
+    "rgb, rgb-prefiltered or 31; else as the scene says."
     accuracy: Annotated[float | None, Parameter(converter=_accuracy)] = None
     "Of readings, as 1% or 0.01; else as the scene says."
     seed: Annotated[int | None, Parameter(converter=_whole)] = None
@@ -157,7 +157,7 @@ def _list_files(files: list[Path], out: Path) -> None:
 
 @app.command
 def compare(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
-    """Rooms side by side in RGB and in 31 bands: pictures, luminance maps and readings.
+    """Rooms side by side in RGB, in RGB prefiltered, and in 31 bands: pictures, maps and readings.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ import difflib
 
 import numpy as np
 
-from renderer.colour.bands import XYZ_TO_BT709, BandSet, band_average, displayable
+from renderer.colour.bands import BandSet, band_average, displayable
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, d65
 from renderer.errors import InputError
@@ -47,7 +47,7 @@ def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> 
     if bands.edges is None:
         power = np.interp(nm, spectrum.nm, spectrum.values, left=0.0, right=0.0)
         xyz = power @ observer
-        shares = displayable(XYZ_TO_BT709 @ xyz, xyz[1]) if xyz[1] > 0 else np.zeros(3)
+        shares = displayable(np.linalg.lstsq(bands.xyz.T, xyz)[0], xyz[1], weights=bands.luminous)
     else:
         dark = 1e-9  # nm past its ends
         samples = np.concatenate([[spectrum.nm[0] - dark], spectrum.nm, [spectrum.nm[-1] + dark]])
@@ -58,3 +58,14 @@ def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> 
         raise InputError(f"{where}: the source has no light between {nm[0]:g} and {nm[-1]:g} nm "
                          "that the bands can carry; give one with light between 400 and 700 nm.")
     return shares * (lumens / luminous)
+
+
+def mean_light(lamps: list[Spectrum], lumens: list[float]) -> np.ndarray:
+    """The lamps' common light (471,), relative power at 360–830 nm, each by its lumens; D65 if none."""
+    nm, observer = cie_1931()
+    light = np.zeros(len(nm))
+    for lamp, amount in zip(lamps, lumens, strict=True):
+        power = np.interp(nm, lamp.nm, lamp.values, left=0.0, right=0.0)
+        luminous = power @ observer[:, 1]
+        light += power * (amount / luminous) if luminous > 0 else 0.0
+    return light if light.any() else d65()[1]

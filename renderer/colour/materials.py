@@ -5,15 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.colour.bands import (
-    BandSet,
-    band_average,
-    bt709_under_d65,
-    displayable,
-    luminous_under_d65,
-)
+from renderer.colour.bands import BandSet, band_average, displayable
 from renderer.colour.spectrum import Spectrum
-from renderer.colour.tables import munsell_chips
+from renderer.colour.tables import cie_1931, munsell_chips
 from renderer.colour.upsampling import UPSAMPLING
 from renderer.errors import InputError
 
@@ -37,21 +31,28 @@ class Material:
         """Reflectance in each band (n_bands,) [1]."""
         if self.flat is not None:
             return np.full(len(bands.xyz), self.flat)
-        if bands.edges is None:
-            return self._bt709()
+        if bands.name == "rgb" and self.rgb is not None:
+            return np.array(self.rgb)
         spectrum = self.spectrum
         if spectrum is None:
-            spectrum = UPSAMPLING[self.upsampling](np.array(self.rgb))
-        return band_average(spectrum.nm, spectrum.values, bands.edges)
+            nm, (values,) = UPSAMPLING[self.upsampling](np.array([self.rgb]))
+            spectrum = Spectrum(nm, values)
+        if bands.edges is not None:
+            return band_average(spectrum.nm, spectrum.values, bands.edges)
+        curve = np.interp(cie_1931()[0], spectrum.nm, spectrum.values)
+        return reflectances_in_three((curve @ bands.filters)[None], bands)[0]
 
-    def _bt709(self) -> np.ndarray:
-        if self.rgb is not None:
-            return np.array(self.rgb)
-        nm, weights = bt709_under_d65()
-        curve = np.interp(nm, self.spectrum.nm, self.spectrum.values)
-        luminous = float(luminous_under_d65()[1] @ curve)
-        # A reflectance above 1 would make light from nothing at every bounce: 1 is the ceiling.
-        return displayable(curve @ weights, luminous, ceiling=1.0)
+
+def reflectances_in_three(rgb: np.ndarray, bands: BandSet) -> np.ndarray:
+    """Filtered reflectances (n, 3) moved into 0 … 1, their luminous reflectance kept.
+
+    A reflectance above 1 would make light from nothing at every bounce: 1 is the ceiling.
+    """
+    moved = np.clip(rgb, 0.0, 1.0)
+    for k in np.flatnonzero((moved != rgb).any(axis=1)):
+        luminous = float(bands.luminous @ rgb[k])
+        moved[k] = displayable(rgb[k], luminous, ceiling=1.0, weights=bands.luminous)
+    return moved
 
 
 def srgb_to_linear(code: str) -> tuple[float, float, float]:

@@ -11,8 +11,8 @@ import numpy as np
 import trimesh
 from pydantic import BaseModel, ValidationError
 
-from renderer.colour.bands import BandSet
-from renderer.colour.lamps import band_flux, correlated, illuminant
+from renderer.colour.bands import BandSet, band_set, prefiltered
+from renderer.colour.lamps import band_flux, correlated, illuminant, mean_light
 from renderer.colour.materials import Material, munsell_chip, srgb_to_linear
 from renderer.colour.spectrum import Spectrum, read_spectrum
 from renderer.errors import InputError
@@ -92,6 +92,12 @@ class Scene:
     def faces(self) -> list[Luminaire]:
         """The luminaires that have a face."""
         return [lum for lum in self.luminaires if lum.outline is not None]
+
+    def band_set(self, name: str) -> BandSet:
+        """The band set of that name; "rgb-prefiltered" is made for this scene's lamps."""
+        if name != "rgb-prefiltered":
+            return band_set(name)
+        return prefiltered(mean_light(self.lamps, [lum.lumens for lum in self.luminaires]))
 
     def reflectance(self, bands: BandSet) -> np.ndarray:
         """Reflectance of each surface in each band (n_surfaces, n_bands); luminaires are black."""
