@@ -17,7 +17,8 @@ from renderer.colour.bands import (
     displayable,
 )
 from renderer.colour.lamps import band_flux, correlated, illuminant
-from renderer.colour.materials import Material, munsell_chip, srgb_to_linear
+from renderer.colour.materials import Material, srgb_to_linear
+from renderer.colour.munsell import munsell_chip
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import d65, munsell_chips, munsell_eigenvectors
 from renderer.colour.upsampling import munsell_eigen

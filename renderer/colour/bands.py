@@ -84,21 +84,23 @@ def band_set(name: str) -> BandSet:
     return BandSet("31", edges, K_M * band_average(*cie_1931(), edges))
 
 
-def prefiltered(light: np.ndarray) -> BandSet:
+def prefiltered(light: np.ndarray, primaries: np.ndarray = XYZ_TO_SHARP) -> BandSet:
     """Three bands made for a room's own light (471,), relative power at 360–830 nm, 1 nm.
 
-    A reflectance is filtered with that light before it is cut down to three sharpened primaries, in
+    primaries : (3, 3) XYZ to the three bands.
+
+    A reflectance is filtered with that light before it is cut down to three primaries, sharpened ones, in
     which the light itself is (1, 1, 1). So what is reflected once has exactly the right X, Y, Z; only
     further bounces err. Where more than one kind of lamp lights the room, it is their mean.
     G. Ward, E. Eydelberg-Vileshin, Eurographics Workshop on Rendering (2002), 117.
     """
     _, observer = cie_1931()
-    seen = (light[:, None] * observer) @ XYZ_TO_SHARP.T
+    seen = (light[:, None] * observer) @ primaries.T
     white = seen.sum(axis=0)
     # Light purer than the primaries (a laser) lacks one: that band carries nothing.
     lacking = white <= 1e-6 * white.max()
     filters = np.where(lacking, observer[:, 1:2] * light[:, None], seen)
-    xyz = np.linalg.inv(XYZ_TO_SHARP).T * np.where(lacking, 0.0, white)[:, None]
+    xyz = np.linalg.inv(primaries).T * np.where(lacking, 0.0, white)[:, None]
     return BandSet("rgb-prefiltered", None, xyz / xyz[:, 1].sum(), filters / filters.sum(axis=0))
 
 

@@ -1,15 +1,13 @@
 """Materials: a diffuse reflectance, given as a number, a spectrum, a colour or a Munsell chip."""
 
-import difflib
 from dataclasses import dataclass
 
 import numpy as np
 
 from renderer.colour.bands import BandSet, band_average, displayable
 from renderer.colour.spectrum import Spectrum
-from renderer.colour.tables import cie_1931, munsell_chips
+from renderer.colour.tables import cie_1931
 from renderer.colour.upsampling import UPSAMPLING
-from renderer.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -60,14 +58,3 @@ def srgb_to_linear(code: str) -> tuple[float, float, float]:
     encoded = np.array([int(code[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
     linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
     return tuple(float(x) for x in linear)
-
-
-def munsell_chip(notation: str, where: str) -> Spectrum:
-    """The measured reflectance of that chip; an unknown one is refused with the nearest named."""
-    notations, nm, reflectance = munsell_chips()
-    wanted = " ".join(notation.upper().split())
-    if wanted in notations:
-        return Spectrum(nm, reflectance[notations.index(wanted)])
-    near = difflib.get_close_matches(wanted, notations, n=3, cutoff=0.0)
-    raise InputError(f"{where} is {notation!r}; must be one of the {len(notations)} measured chips"
-                     f". Nearest: {', '.join(near)}.")

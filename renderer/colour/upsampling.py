@@ -19,6 +19,12 @@ STEPS = 80
 Method = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
+def cube() -> np.ndarray:
+    """The thousand colours (1000, 3): 0, 0.1 … 0.9 on each axis, linear BT.709, red slowest."""
+    steps = np.arange(10) / 10
+    return np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
 def plain_eigen(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The deck's method as it stands: the combination of three eigenvectors of 1,269 measured chips
     that has the colour. Leaves 0 … 1 for saturated colours."""

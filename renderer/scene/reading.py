@@ -13,7 +13,8 @@ from pydantic import BaseModel, ValidationError
 
 from renderer.colour.bands import BandSet, band_set, prefiltered
 from renderer.colour.lamps import band_flux, correlated, illuminant, mean_light
-from renderer.colour.materials import Material, munsell_chip, srgb_to_linear
+from renderer.colour.materials import Material, srgb_to_linear
+from renderer.colour.munsell import munsell_chip
 from renderer.colour.spectrum import Spectrum, read_spectrum
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, flat_parts
