@@ -299,6 +299,37 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
 
 
 @app.command
+def spectrum(spectrum: str, *, lamp: Annotated[bool, Parameter(negative="")] = False,
+             json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+             output: Output | None = None) -> None:
+    """One paint or lamp: its curve, its 31 bands, its colour, and the measured paints nearest to it.
+
+    Parameters
+    ----------
+    spectrum
+        A Munsell chip ("5R 4/14"), a .csv or .spdx file, #rrggbb, r,g,b (linear), one reflectance, a CIE
+        illuminant (A, FL2, LED-B3), or a colour temperature (3000K).
+    lamp
+        The file holds a lamp's spectral power, not a reflectance.
+    json_
+        Print one JSON object instead of a table.
+    """
+    from renderer.files import output_folder
+    from renderer.studies.spectrum import record_of, resolve, save, table
+
+    output = output or Output()
+    shown = resolve(spectrum, lamp)
+    record = record_of(shown)
+    files = save(shown, record, output_folder(output.out))
+    if json_:
+        print(json.dumps(record, indent=1, allow_nan=False))
+        return
+    said = table(record)
+    _show(said.title, said.columns, said.rows)
+    _list_files(files, output.out)
+
+
+@app.command
 def gamut(scene: str | None = None, *, material: str | None = None, solving: Solving | None = None,
           output: Output | None = None) -> None:
     """RGB against 31 bands for 1,000 colours, five ways from RGB to a spectrum, and 1,269 measured paints.

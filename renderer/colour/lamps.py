@@ -10,18 +10,25 @@ from renderer.colour.tables import cie_1931, d65
 from renderer.errors import InputError
 
 
+def illuminants(near: str | None = None) -> list[str]:
+    """Names of the CIE illuminants that colour-science carries, or the three nearest to a name."""
+    import colour
+
+    names = [name for name in colour.SDS_ILLUMINANTS if not name.startswith("ISO")]
+    return names if near is None else difflib.get_close_matches(near, names, n=3, cutoff=0.0)
+
+
 def illuminant(name: str, where: str) -> Spectrum:
     """The CIE illuminant of that name, relative power. An unknown one is refused."""
     if name == "D65":  # shipped: the main job needs no more, and colour-science imports slowly
         return Spectrum(*d65())
+    if name not in illuminants():
+        raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a .csv or .spdx file. "
+                         f"Nearest: {', '.join(illuminants(near=name))}.")
     import colour
 
-    known = {key: sd for key, sd in colour.SDS_ILLUMINANTS.items() if not key.startswith("ISO")}
-    if name not in known:
-        near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.0)
-        raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a .csv or .spdx file. "
-                         f"Nearest: {', '.join(near)}.")
-    return Spectrum(known[name].wavelengths, known[name].values)
+    found = colour.SDS_ILLUMINANTS[name]
+    return Spectrum(found.wavelengths, found.values)
 
 
 def correlated(cct: float) -> Spectrum:
