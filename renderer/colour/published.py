@@ -74,6 +74,7 @@ def otsu_2018(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         basis, mean = CLUSTERS.basis_functions[index], CLUSTERS.means[index]
         mix = np.linalg.solve(weights @ basis.T, (rgb[here] - weights @ mean).T).T
         spectra[here] = mix @ basis + mean
+    spectra[~rgb.any(axis=1)] = 0.0  # cutting off the mean spectrum's share would leave some
     return nm, np.clip(spectra, 0.0, 1.0)
 
 
@@ -114,4 +115,6 @@ def jakob_2019(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         damping = np.where(better, np.maximum(damping / 4, 1e-12), np.minimum(damping * 3, 1e6))
         if (np.linalg.norm(missed, axis=1) < 1e-9).all():
             break
-    return nm, spectra(c)
+    found = spectra(c)
+    found[~rgb.any(axis=1)] = 0.0  # which a sigmoid only nears
+    return nm, found

@@ -2,6 +2,7 @@
 
 import csv
 import re
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -140,15 +141,17 @@ def lamp_record(shown: Shown) -> dict:
     bands = band_set("31")
     flux = band_flux(spectrum, 1000.0, bands, "SPECTRUM")
     fine, observer = cie_1931()
-    xyz = np.interp(fine, spectrum.nm, spectrum.values, left=0.0, right=0.0) @ observer
+    power = np.interp(fine, spectrum.nm, spectrum.values, left=0.0, right=0.0)
+    xyz = power @ observer
     xy = xyz[:2] / xyz.sum()
     cct, duv = colour_temperature((float(xy[0]), float(xy[1])))
-    curve = colour.SpectralDistribution(
-        spectrum.values, spectrum.nm, interpolator=colour.LinearInterpolator,
-        extrapolator_kwargs={"method": "Constant", "left": 0.0, "right": 0.0})
-    # Rendering means something for white light only.
-    ra = None if cct is None else float(colour.colour_rendering_index(curve))
-    rf = None if cct is None else float(colour.colour_fidelity_index(curve, method="ANSI/IES TM-30-18"))
+    curve = colour.SpectralDistribution(power, fine)  # at 1 nm: the indices take no coarser than 5
+    ra = rf = None
+    if cct is not None:  # rendering means something for white light only
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that it trims its tables to the lamp's range
+            ra = float(colour.colour_rendering_index(curve))
+            rf = float(colour.colour_fidelity_index(curve, method="ANSI/IES TM-30-18"))
     return {"spectrum": shown.title, "kind": "lamp", "xy": xy.tolist(), "cct_K": cct, "duv": duv,
             "cri_ra": ra, "tm30_rf": rf,
             "luminous_efficacy_lm_W": float(1000.0 / flux.sum()),
