@@ -9,12 +9,11 @@ import numpy as np
 from renderer.colour.bands import BAND_SETS
 from renderer.errors import InputError
 from renderer.plan import make_plan
-from renderer.readings.photometer import direct_reading, indirect_sensor, place
+from renderer.readings.photometer import make_meter
 from renderer.scene.reading import Scene
-from renderer.solution import Progress, Rooms, distinct_bands
+from renderer.solution import Progress, Rooms, Solution, distinct_bands
 from renderer.studies.gamut import Place
 from renderer.transport.solve import radiosity
-from renderer.transport.transport import Transport
 
 POINTS = 24
 CHECKS = np.array([0.13, 0.37, 0.62, 0.83, 0.96])
@@ -53,7 +52,8 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
         raise InputError(f"{scene.path}: luminaires give no light; add one, or give it flux.")
     seed = scene.solver.seed if seed is None else seed
     plan = make_plan(scene, accuracy or scene.solver.accuracy, scene.solver.patch_size)
-    transport = Rooms().transport(scene, plan, seed, progress)
+    rooms = Rooms()
+    transport = rooms.transport(scene, plan, seed, progress)
     lumens = [lum.lumens for lum in scene.luminaires]
     bands = {name: scene.band_set(name) for name in BAND_SETS}
     shares = {name: scene.flux(b).sum(axis=0) * b.luminous / sum(lumens) for name, b in bands.items()}
@@ -61,7 +61,14 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
     tried = np.concatenate([nodes, CHECKS])
     painted = np.array([m.name == material for m in scene.materials] + [False] * len(scene.faces))
-    meters = [_meter(transport, scene, p) for p in scene.photometers]
+    meters = [make_meter(transport, np.array(p.position), np.array(p.normal) / np.linalg.norm(p.normal),
+                         f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
+
+    def solved(rho: np.ndarray, light: np.ndarray) -> Solution:
+        radiosity_ = radiosity(transport.exchange, rho[transport.mesh.surface], transport.direct @ light)
+        return Solution(scene, bands["31"], plan, rooms, transport, rho, light, radiosity_, None,
+                        rho.shape[1], 0.0, 0.0)
+
     columns, sizes = [], [len(b.xyz) for b in bands.values()]
     for band in bands.values():
         fixed, flux = scene.reflectance(band), scene.flux(band)
@@ -69,7 +76,7 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
         for rho in tried:
             columns.append((np.where(painted[:, None], rho, fixed), flux))
     reflectance, flux = (np.hstack(part) for part in zip(*columns, strict=True))
-    values = _read(transport, meters, painted, reflectance, flux) * sum(lumens)
+    values = _read(solved, meters, _mean_over(transport, painted), reflectance, flux) * sum(lumens)
     curves, at = {}, 0
     for name, size in zip(bands, sizes, strict=True):
         block = values[:, at : at + size * len(tried)].reshape(-1, len(tried), size)
@@ -111,31 +118,27 @@ class Interpolated:
             return smooth / (1 - self.pole.transpose(0, 2, 1) * rho)
 
 
-def _meter(transport: Transport, scene: Scene, table):
-    position, normal = np.array(table.position), np.array(table.normal)
-    spot = place(transport, position, normal / np.linalg.norm(normal),
-                 f"{scene.path}: photometer {table.name!r}")
-    return direct_reading(transport, spot, 0), indirect_sensor(transport, spot, 0)
+def _mean_over(transport, painted: np.ndarray) -> np.ndarray:
+    """Weights of the patches (n_patches,) that take radiosity to the painted surfaces' luminance."""
+    weight = np.where(painted[transport.mesh.surface], transport.exchange.areas, 0.0)
+    return weight / (np.pi * (weight.sum() or 1.0))
 
 
-def _read(transport: Transport, meters: list, painted: np.ndarray, reflectance: np.ndarray,
+def _read(solved, meters: list, luminance: np.ndarray, reflectance: np.ndarray,
           flux: np.ndarray) -> np.ndarray:
     """Illuminance at each meter, then the painted surfaces' luminance, for columns of reflectance
-    (n_surfaces, k) and flux (n_luminaires, k): (n_readings, k), per unit of total flux."""
-    mesh, areas = transport.mesh, transport.exchange.areas
-    weight = np.where(painted[mesh.surface], areas, 0.0)
-    weight /= np.pi * (weight.sum() or 1.0)
+    (n_surfaces, k) and flux (n_luminaires, k): (n_readings, k), per unit of total flux.
+
+    solved : from such columns to their Solution; luminance : from `_mean_over`.
+    """
     first, index, scale = distinct_bands(reflectance, flux)
-    chunk = max(1, NUMBERS_AT_ONCE // len(areas))
+    chunk = max(1, NUMBERS_AT_ONCE // len(luminance))
     read = []
     for start in range(0, len(first), chunk):
         here = first[start : start + chunk]
-        rho, light = reflectance[:, here], flux[:, here]
-        solved = radiosity(transport.exchange, rho[mesh.surface], transport.direct @ light)
-        vertices = rho[mesh.vertex_surface] * (transport.to_vertices[0] @ solved)
-        rows = [direct @ light + (s.direct_radiosity(rho, light) + s.indirect_radiosity(vertices))[0]
-                for direct, s in meters]
-        read.append(np.vstack([*rows, weight @ solved]))
+        solution = solved(reflectance[:, here], flux[:, here])
+        rows = [direct + indirect.sum(axis=0) for direct, indirect in map(solution.read, meters)]
+        read.append(np.vstack([*rows, luminance @ solution.radiosity]))
     return np.hstack(read)[:, index] * scale
 
 
