@@ -119,6 +119,11 @@ def test_the_deck_s_red_cannot_be_overestimated_more_than_2_2_times():
     assert 1 / low[1, 0] == pytest.approx(2.2, abs=0.05)  # measured beforehand
 
 
+def test_yellow_is_underestimated_3_times_only_by_spectra_that_come_near_1():
+    yellow = np.array([NAMED["yellow"]], dtype=float)
+    assert bounds(PLACE, yellow, 0.96)[1][0, 0] < 3 < bounds(PLACE, yellow, 0.98)[1][0, 0]
+
+
 def test_what_a_bound_says_of_a_colour():
     low, high = np.array([0.9, 0.9, 0.5, 0.5, 1.3, 0.2]), np.array([1.1, 2.0, 1.1, 2.0, 2.0, 0.7])
     assert classify(low, high).tolist() == [0, 1, 2, 3, 4, 4]

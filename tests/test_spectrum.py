@@ -139,6 +139,23 @@ def test_a_file_keeps_its_end_values_as_a_paint_and_is_dark_outside_as_a_lamp(tm
     assert lamp[15] > 0
 
 
+def test_ies_tm_27_files_are_read(tmp_path):
+    import colour
+
+    source = colour.SDS_ILLUMINANTS["FL2"]
+    for name, values in (("lamp", source.values), ("paint", source.values / source.values.max())):
+        file = colour.SpectralDistribution_IESTM2714(str(tmp_path / f"{name}.spdx"), data=values,
+                                                     domain=source.wavelengths)
+        file.header.description, file.spectral_quantity = name, "relative"
+        assert file.write()
+    lamp = resolve(str(tmp_path / "lamp.spdx"), True)
+    assert record_of(lamp)["xy"] == pytest.approx(record_of(resolve("FL2", False))["xy"], abs=1e-9)
+    paint = resolve(str(tmp_path / "paint.spdx"), False)
+    np.testing.assert_allclose(paint.curves["measured"].values, source.values / source.values.max())
+    with pytest.raises(renderer.InputError, match="add --lamp"):
+        resolve(str(tmp_path / "lamp.spdx"), False)
+
+
 def test_the_command_writes_a_chart_and_the_bands(run, tmp_path):
     done = run("spectrum", "5R 4/14", "--json", "--out", "here", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

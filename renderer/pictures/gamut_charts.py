@@ -116,21 +116,24 @@ def save_chips(panels: list[tuple[str, np.ndarray]], rgb: np.ndarray, names: lis
         bright = rgb @ LUMINANCE_WEIGHTS
         axes.scatter(bright, ratios, c=encode(rgb) / 255, s=22, edgecolors="#404040", linewidths=0.35,
                      zorder=2)
-        label_height = -np.inf
         far = [k for k in np.argsort(-np.abs(np.log(ratios))) if abs(ratios[k] - 1) > WITHIN][:7]
+        line, placed = 0.042 * np.log(highest / lowest), []
         for k in sorted(far, key=lambda k: ratios[k]):
-            # Labels one above the other where the dots are close.
-            height = max(np.log(ratios[k]), label_height + 0.042 * np.log(highest / lowest))
+            height = np.log(ratios[k])
+            while any(abs(x - bright[k]) < 0.14 and abs(y - height) < line for x, y in placed):
+                height += line / 4  # no label on another
+            placed.append((bright[k], height))
             axes.annotate(names[k], (bright[k], ratios[k]), (bright[k] - 0.02, np.exp(height)), fontsize=8,
                           ha="right", va="center", arrowprops={"arrowstyle": "-", "lw": 0.4,
                                                                "color": "#808080", "shrinkB": 2})
-            label_height = height
+            highest = max(highest, np.exp(height + line))
         axes.set_yscale("log")
-        axes.set(ylim=(lowest, highest), xlabel="luminous reflectance", xlim=(0, None))
-        ticks = [t for t in (0.1, 0.2, 0.3, 0.5, 0.8, 1, 1.2, 1.5, 2, 3, 5) if lowest <= t <= highest]
-        axes.set_yticks(ticks, [f"{t:g}" for t in ticks])
-        axes.minorticks_off()
+        axes.set(xlabel="luminous reflectance", xlim=(0, None))
         axes.set_title(plain(caption), fontsize=10)
+    ticks = [t for t in (0.1, 0.2, 0.3, 0.5, 0.8, 1, 1.2, 1.5, 2, 3, 5) if lowest <= t <= highest]
+    every[0].set_yticks(ticks, [f"{t:g}" for t in ticks])
+    every[0].minorticks_off()
+    every[0].set_ylim(lowest, highest)
     every[0].set_ylabel("31 bands / RGB")
     return _saved(figure, path)
 

@@ -54,10 +54,10 @@ def resolve(text: str, lamp: bool) -> Shown:
         except InputError as error:
             hint = "" if lamp or "holds the" not in str(error) else " If it is a lamp, add --lamp."
             raise InputError(f"{error}{hint}") from None
-    if lamp:
-        raise InputError(f"--lamp is given with {text!r}; it says that a .csv or .spdx file is a lamp. "
-                         "Remove it.")
     rgb = _colour(text)
+    if lamp and (rgb is not None or parsed(text) is not None):
+        raise InputError(f"--lamp is given with {text!r}, which is a reflectance. Remove it, or give a .csv "
+                         "or .spdx file.")
     if rgb is not None:
         if len(set(rgb)) == 1 and "," not in text and not text.startswith("#"):
             return Shown(f"flat {text}", False, {"flat": Spectrum(np.array([380, 780.0]), np.array(rgb[:2]))})
