@@ -220,7 +220,8 @@ def test_the_command_writes_the_stated_table(run, tmp_path):
         assert float(r["luminance_rgb"]) == pytest.approx(1 / (1 - float(r["r"])), rel=1e-5)
         assert float(r["ratio"]) == pytest.approx(1, abs=1e-5)
     for name in ("gamut.png", "gamut_munsell-eigen.png", "gamut_bounds.png", "gamut_chips.png",
-                 "gamut_chips.csv", "gamut_primaries.csv", "gamut_bounds.csv"):
+                 "gamut_chips.csv", "gamut_primaries.csv", "gamut_bounds.csv", "gamut_shares.csv",
+                 "gamut_shares.png", "gamut_primaries.png"):
         assert (out / name).stat().st_size > 1000
     for text in ("yellow", "safe beyond doubt", "2.5YR 8/8", "FL11"):
         assert text in done.stdout

@@ -16,9 +16,10 @@ from renderer.pictures.gamut_charts import (
     save_chips,
     save_slices,
 )
+from renderer.pictures.gamut_summary import save_named, save_shares
 from renderer.solution import Progress
-from renderer.studies.gamut import CEILING, MODELS, NAMED, Gamut, Spectra, classify, ratio
-from renderer.studies.gamut_tables import named_ratios
+from renderer.studies.gamut import CEILING, MODELS, NAMED, TOLERANCES, Gamut, Spectra, classify, ratio
+from renderer.studies.gamut_tables import named_at, named_ratios, shares
 
 COLUMNS = ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio")
 
@@ -31,6 +32,8 @@ def save_files(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out: 
              _csv(out / "gamut_chips.csv", ("chip", *COLUMNS[:3], *COLUMNS[4:]),
                   ([gamut.chips.names[i % len(gamut.chips.names)], *row[:3], *row[4:]]
                    for i, row in enumerate(_rows(gamut, {"measured": gamut.chips})))),
+             _csv(out / "gamut_shares.csv", ("spectra", "reading", *(f"within_{t:g}" for t in TOLERANCES)),
+                  _share_rows(gamut)),
              _csv(out / "gamut_primaries.csv", ("colour", *COLUMNS[:5], "ratio"), _named_rows(gamut))]
     if limits is not None:
         files.append(_csv(out / "gamut_bounds.csv", (*COLUMNS[:3], "reading", "smallest", "largest"), (
@@ -48,6 +51,15 @@ def _rows(gamut: Gamut, every: dict[str, Spectra]) -> Iterable[list]:
                 numbers = np.column_stack([by_rgb[k], by_bands[k], ratio(by_rgb[k], by_bands[k])])
                 for colour, row in zip(spectra.rgb, numbers, strict=True):
                     yield [*_short(colour), name, said, *_short(row)]
+
+
+def _share_rows(gamut: Gamut) -> Iterable[list]:
+    names, table = shares(gamut)
+    for k, reading in enumerate(gamut.place.readings):
+        for i, name in enumerate(names):
+            for m, model in enumerate(MODELS):
+                said = reading if model == "rgb" else f"{reading}, {model}"
+                yield [name, said, *(f"{x:.6g}" for x in table[k, i, m])]
 
 
 def _named_rows(gamut: Gamut) -> Iterable[list]:
@@ -98,6 +110,14 @@ def save_charts(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out:
                  chips.rgb, chips.names, f"{place.title}: {len(chips.names)} measured paints",
                  out / f"gamut_chips{'_luminance' if k else ''}.png")
                 for k, reading in shown]
+    names, table = shares(gamut)
+    drawing.append((save_shares, [(reading, table[k]) for k, reading in shown], names, MODELS,
+                    f"{title}, colours that come out alike", out / "gamut_shares.png"))
+    named, at = named_ratios(gamut, "rgb"), named_at()
+    drawing.append((save_named, [(reading, np.array([r[k] for r in named.values()]),
+                                  None if limits is None else (limits[0][k, at], limits[1][k, at]))
+                                 for k, reading in shown], list(NAMED), list(named),
+                    f"{title}, primaries and complements at 0.9", out / "gamut_primaries.png"))
     with ThreadPoolExecutor(2) as pool:
         done = [pool.submit(save, *arguments) for save, *arguments in drawing]
         return [future.result() for future in done]

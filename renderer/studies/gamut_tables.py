@@ -46,23 +46,34 @@ def upsampling_table() -> Table:
                   "pass 0.99"], rows)
 
 
+def shares(gamut: Gamut) -> tuple[list[str], np.ndarray]:
+    """Names of the sets of spectra, the chips last, and what part of each is within ±5, 10, 20 %
+    (n_readings, n_sets, n_models, 3)."""
+    every = {**gamut.methods, f"{len(gamut.chips.names):,} measured chips": gamut.chips}
+    table = [[within(gamut.ratios(spectra, model)) for model in MODELS] for spectra in every.values()]
+    return list(every), np.moveaxis(np.array(table), 2, 0)
+
+
 def share_tables(gamut: Gamut) -> list[Table]:
     """One table for each reading: what part of the colours and chips is within ±5, 10, 20 %."""
-    every = {**gamut.methods, "1,269 measured chips": gamut.chips}
-    shares = {(name, model): within(gamut.ratios(spectra, model))
-              for name, spectra in every.items() for model in MODELS}
+    names, table = shares(gamut)
     return [Table(f"{gamut.place.title}, {reading}: per cent within ±5 / 10 / 20 %", ["spectra", *MODELS],
-                  [[name, *(_percent(shares[name, model][k]) for model in MODELS)] for name in every])
+                  [[name, *map(_percent, row)] for name, row in zip(names, table[k], strict=True)])
             for k, reading in enumerate(gamut.place.readings)]
 
 
-def _percent(shares: np.ndarray) -> str:
-    return " / ".join(f"{100 * share:.1f}" for share in shares)
+def _percent(parts: np.ndarray) -> str:
+    return " / ".join(f"{100 * part:.1f}" for part in parts)
+
+
+def named_at() -> list[int]:
+    """Where the primaries and complements are in the cube."""
+    return [int(np.flatnonzero(np.isclose(cube(), colour).all(axis=1))[0]) for colour in NAMED.values()]
 
 
 def named_ratios(gamut: Gamut, model: str) -> dict[str, np.ndarray]:
     """Ratios of the primaries and complements at 0.9 (n_readings, 6), by method."""
-    at = [int(np.flatnonzero(np.isclose(cube(), colour).all(axis=1))[0]) for colour in NAMED.values()]
+    at = named_at()
     return {name: gamut.ratios(spectra, model)[:, at] for name, spectra in gamut.methods.items()}
 
 
@@ -70,8 +81,7 @@ def named_tables(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None) -> 
     """The primaries and complements: spectral over RGB, and between which limits it must lie."""
     ratios = named_ratios(gamut, "rgb")
     filtered = named_ratios(gamut, "prefiltered")["munsell-eigen"]
-    at = [int(np.flatnonzero(np.isclose(cube(), colour).all(axis=1))[0]) for colour in NAMED.values()]
-    tables = []
+    at, tables = named_at(), []
     for k in gamut.place.shown:
         reading, rows = gamut.place.readings[k], []
         for i, name in enumerate(NAMED):
