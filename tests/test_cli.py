@@ -53,7 +53,7 @@ def test_help_needs_none_of_the_heavy_packages():
     assert "compare" in done.stdout
 
 
-@pytest.mark.parametrize("command", ["compare", "render", "photometer", "pseudocolour"])
+@pytest.mark.parametrize("command", ["compare", "render", "photometer", "pseudocolour", "gamut"])
 def test_every_command_has_help(run, folder, command):
     done = run(command, "--help", cwd=folder)
     assert done.returncode == 0

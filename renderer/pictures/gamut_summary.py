@@ -71,8 +71,8 @@ def save_named(panels: list[tuple], names: list[str], methods: list[str], title:
                                 label=method)
             if axes is every[-1]:
                 handles.append(dots)
-        axes.text(0.99, 0.9, "at the upper edge: no limit", transform=axes.transAxes, fontsize=7.5, ha="right",
-                  va="top", color="#505050")
+        axes.text(0.99, 0.9, "at the upper edge: no limit", transform=axes.transAxes, fontsize=7.5,
+                  ha="right", va="top", color="#505050")
         axes.set_xticks(range(len(names)), names)
         axes.set_yscale("log")
         axes.set_title(plain(caption), fontsize=10.5)
