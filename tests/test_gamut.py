@@ -172,6 +172,7 @@ def test_a_closed_room_of_one_paint_has_its_mean_luminance(room):
         got = place.gains(name, np.repeat(rho[:, None], n, axis=1))[-1]
         exact = 900 * rho / (80 * (1 - rho) * np.pi)  # Φρ/(πS(1 − ρ)), S = 2(16 + 12 + 12) m²
         np.testing.assert_allclose(got, np.repeat(exact[:, None], n, axis=1), rtol=1e-6, atol=1e-9)
+        assert np.isinf(place.gains(name, np.ones((1, n)))).all()  # nothing absorbs
 
 
 @pytest.mark.parametrize("faces", [{}, {"floor": "oak"}], ids=["one material", "two materials"])

@@ -128,14 +128,6 @@ def bt709_of_samples(nm: np.ndarray) -> np.ndarray:
     return weights.T @ np.column_stack([np.interp(fine, nm, unit) for unit in np.eye(len(nm))])
 
 
-@cache
-def luminous_under_d65() -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths (471,) [nm], and weights (471,): Σ weights · reflectance = Y under D65."""
-    nm, observer = cie_1931()
-    weights = observer[:, 1] * d65()[1]
-    return nm, weights / weights.sum()
-
-
 def displayable(rgb: np.ndarray, luminance: float, ceiling: float = np.inf,
                 weights: np.ndarray = LUMINANCE_WEIGHTS) -> np.ndarray:
     """Linear RGB (3,) moved into 0 … ceiling, its luminance (the sum with `weights`) kept.

@@ -10,29 +10,28 @@ import numpy as np
 STEPS = 200
 
 
-def lowest_sum(rgb: np.ndarray, functional: np.ndarray, weights: np.ndarray,
-               ceiling: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Certified lower bounds (n,) of Σ w/(1 − ρ) over all 0 ≤ ρ ≤ ceiling of each colour, ρ < 1.
+def lowest_sum(rgb: np.ndarray, functional: np.ndarray,
+               weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Certified lower bounds (n,) of Σ w/(1 − ρ) over all 0 ≤ ρ < 1 of each colour.
 
     rgb : (n, 3); functional : (3, n_bands) takes reflectances to RGB; weights w : (n_bands,).
     For any y the minimum over ρ of Σ w/(1 − ρ) + y·(rgb − functional ρ) is a lower bound, taken at
-    ρ = 1 − √(w/q), q = functionalᵀ y, cut off at 0 and the ceiling. The best y, three numbers a colour,
-    by Newton's method for all colours at once. Returns also the spectra there (n, n_bands), whose
-    own sums are within the duality gap where they have the colour.
+    ρ = 1 − √(w/q), q = functionalᵀ y, or at 0 where that is negative. The best y, three numbers a colour, by
+    Newton's method, damped, for all colours at once. Returns also the spectra there (n, n_bands): where
+    they have the colour, the bound is their own sum.
     """
     left, size, even = np.linalg.svd(functional, full_matrices=False)
     goal = rgb @ (left / size)
     # Start where a flat spectrum of the colour's brightness is best.
-    grey = np.clip(rgb.mean(axis=1), 0.0, 0.98 * ceiling)
+    grey = np.clip(rgb.mean(axis=1), 0.0, 0.98)
     y = (weights @ np.linalg.pinv(even))[None] / (1 - grey[:, None]) ** 2
 
     def spectra(y: np.ndarray) -> np.ndarray:
-        q = np.maximum(y @ even, weights)
-        return np.minimum(1 - np.sqrt(weights / q), ceiling)
+        return 1 - np.sqrt(weights / np.maximum(y @ even, weights))
 
     def bound(y: np.ndarray) -> np.ndarray:
         rho = spectra(y)
-        return (y * goal).sum(axis=1) + (weights / np.maximum(1 - rho, 1e-300) - (y @ even) * rho).sum(axis=1)
+        return (y * goal).sum(axis=1) + (weights / (1 - rho) - (y @ even) * rho).sum(axis=1)
 
     value = bound(y)
     damping = np.full(len(y), 1e-6)
@@ -42,7 +41,7 @@ def lowest_sum(rgb: np.ndarray, functional: np.ndarray, weights: np.ndarray,
         missed = goal - rho @ even.T
         if (np.linalg.norm(missed, axis=1) < 1e-10).all():
             break
-        inner = (q > weights) & (rho < ceiling)
+        inner = q > weights
         rise = np.where(inner, 0.5 * np.sqrt(weights / np.where(inner, q, 1.0) ** 3), 0.0)
         slope = np.einsum("nb,ib,jb->nij", rise, even, even)
         scale = np.trace(slope, axis1=1, axis2=2) + 1e-12

@@ -69,22 +69,20 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
         return Solution(scene, bands["31"], plan, rooms, transport, rho, light, radiosity_, None,
                         rho.shape[1], 0.0, 0.0)
 
-    columns, sizes = [], [len(b.xyz) for b in bands.values()]
+    columns = []
     for band in bands.values():
         fixed, flux = scene.reflectance(band), scene.flux(band)
         flux = flux / np.where(flux.sum(axis=0) > 0, flux.sum(axis=0), 1.0)
-        for rho in tried:
-            columns.append((np.where(painted[:, None], rho, fixed), flux))
+        columns += [(np.where(painted[:, None], rho, fixed), flux) for rho in tried]
     reflectance, flux = (np.hstack(part) for part in zip(*columns, strict=True))
     values = _read(solved, meters, _mean_over(transport, painted), reflectance, flux) * sum(lumens)
-    curves, at = {}, 0
-    for name, size in zip(bands, sizes, strict=True):
-        block = values[:, at : at + size * len(tried)].reshape(-1, len(tried), size)
-        curves[name] = Interpolated(nodes, block[:, :POINTS].transpose(0, 2, 1))
-        at += size * len(tried)
+    ends = np.cumsum([len(tried) * len(b.xyz) for b in bands.values()])
+    blocks = {name: block.reshape(len(values), len(tried), -1).transpose(0, 2, 1)  # reading, band, tried
+              for name, block in zip(bands, np.split(values, ends[:-1], axis=1), strict=True)}
+    curves = {name: Interpolated(nodes, block[..., :POINTS]) for name, block in blocks.items()}
     names = (*(f"illuminance, {p.name}" for p in scene.photometers), f"luminance, {material}")
     room = Place(scene.title, bands, shares, names, lambda name, rho: curves[name](rho))
-    return room, _largest_error(curves, values, sizes)
+    return room, max(_error(curves[name], block[..., POINTS:]) for name, block in blocks.items())
 
 
 class Interpolated:
@@ -114,8 +112,9 @@ class Interpolated:
         """Readings (n_readings, n, n_bands) at reflectances (n, n_bands)."""
         terms = np.polynomial.chebyshev.chebvander(2 * rho - 1, self.coefficients.shape[-1] - 1)
         smooth = np.einsum("rbk,nbk->rnb", self.coefficients, terms)
-        with np.errstate(divide="ignore"):
-            return smooth / (1 - self.pole.transpose(0, 2, 1) * rho)
+        lost = 1 - self.pole.transpose(0, 2, 1) * rho
+        # Where nothing is lost at a bounce, light has no limit.
+        return np.where(lost > 1e-9, smooth / np.where(lost > 1e-9, lost, 1.0), np.inf)
 
 
 def _mean_over(transport, painted: np.ndarray) -> np.ndarray:
@@ -142,11 +141,7 @@ def _read(solved, meters: list, luminance: np.ndarray, reflectance: np.ndarray,
     return np.hstack(read)[:, index] * scale
 
 
-def _largest_error(curves: dict, values: np.ndarray, sizes: list[int]) -> float:
-    worst, at, tried = 0.0, 0, POINTS + len(CHECKS)
-    for curve, size in zip(curves.values(), sizes, strict=True):
-        block = values[:, at : at + size * tried].reshape(len(values), tried, size)[:, POINTS:]
-        got = curve(np.repeat(CHECKS[:, None], size, axis=1))
-        worst = max(worst, float((np.abs(got - block) / np.where(block > 0, block, 1.0)).max()))
-        at += size * tried
-    return worst
+def _error(curve: Interpolated, solved: np.ndarray) -> float:
+    """Largest relative difference from what was solved at CHECKS (n_readings, n_bands, n)."""
+    got = curve(np.repeat(CHECKS[:, None], solved.shape[1], axis=1)).transpose(0, 2, 1)
+    return float((np.abs(got - solved) / np.where(solved > 0, solved, 1.0)).max())
