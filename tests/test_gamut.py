@@ -228,6 +228,23 @@ def test_the_command_writes_the_stated_table(run, tmp_path):
         assert text in done.stdout
 
 
+def test_a_room_of_the_users_own(room, run, tmp_path):
+    scene = room({"munsell": "5R 4/14"}, photometers=[METER], solver={"accuracy": 0.1})
+    done = run("gamut", scene.path, "--quiet", "--out", "here", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "'paint' takes the colours" in done.stdout
+    with (tmp_path / "here" / "gamut_chips.csv").open() as file:
+        rows = [r for r in csv.DictReader(file) if r["chip"] == "5R 4/14"]
+    assert {r["reading"] for r in rows} == {
+        reading + model for reading in ("illuminance, floor", "luminance, paint")
+        for model in ("", ", equal weights", ", prefiltered")}
+    expected = renderer.solve(scene, "31").photometers()[0].total_lx
+    got = [float(r["luminance_spectral"]) for r in rows if r["reading"] == "illuminance, floor"]
+    assert got == [pytest.approx(expected, rel=1e-5)]
+    assert (tmp_path / "here" / "gamut.png").stat().st_size > 1000
+    assert not (tmp_path / "here" / "gamut_bounds.csv").exists()  # those are of the infinite room
+
+
 @pytest.mark.parametrize(("arguments", "words"), [
     (["--material", "red"], "SCENE"), (["red_room", "--material", "x"], "must be a material")])
 def test_a_wrong_call_is_one_line(run, tmp_path, arguments, words):

@@ -114,10 +114,11 @@ def bounds_table(gamut: Gamut) -> Table:
 
 
 def chips_table(gamut: Gamut) -> Table:
-    """The measured paints that RGB gets most wrong: by the first reading."""
+    """The measured paints that RGB gets most wrong, by the worse of the readings shown."""
     ratios = {model: gamut.ratios(gamut.chips, model) for model in ("rgb", "prefiltered")}
-    order = np.argsort(-np.abs(np.log(np.maximum(ratios["rgb"][0], 1e-9))), kind="stable")[:WORST]
     shown = list(gamut.place.shown)
+    wrong = np.abs(np.log(np.maximum(ratios["rgb"][shown], 1e-9))).max(axis=0)
+    order = np.argsort(-wrong, kind="stable")[:WORST]
     columns = ["chip", "linear BT.709", *(f"{gamut.place.readings[k]}{said}" for said in ("", ", prefiltered")
                                           for k in shown)]
     rows = [[gamut.chips.names[i], " ".join(f"{x:.3f}" for x in gamut.chips.rgb[i]),
