@@ -28,10 +28,12 @@ def painted_material(scene: Scene, name: str | None) -> str:
 
     Raises InputError for a name that no surface has.
     """
+    holes = {hole.name for hole in scene.room.openings}
+    of_room = [0.0 if name in holes else float(parts.area) for name, parts in scene.room.surfaces.items()]
     areas: dict[str, float] = {}
-    of_room = [float(np.linalg.norm(np.cross(face.u, face.v))) for face in scene.room.values()]
     for material, area in zip(scene.materials, of_room + [s.mesh.area for s in scene.solids], strict=True):
         areas[material.name] = areas.get(material.name, 0.0) + area
+    areas = {material: area for material, area in areas.items() if area > 0}
     if name is not None and name not in areas:
         raise InputError(f"--material is {name!r}; must be a material that a surface of {scene.path} has: "
                          f"{', '.join(areas)}.")
