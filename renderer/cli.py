@@ -62,7 +62,7 @@ class Solving:
     """How a scene is solved."""
 
     bands: str | None = None
-    "rgb or 31; else as the scene says."
+    "rgb, rgb-prefiltered or 31; else as the scene says."
     accuracy: Annotated[float | None, Parameter(converter=_accuracy)] = None
     "Of readings, as 1% or 0.01; else as the scene says."
     seed: Annotated[int | None, Parameter(converter=_whole)] = None
@@ -157,7 +157,7 @@ def _list_files(files: list[Path], out: Path) -> None:
 
 @app.command
 def compare(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
-    """Rooms side by side in RGB and in 31 bands: pictures, luminance maps and readings.
+    """Rooms side by side in RGB, in RGB prefiltered, and in 31 bands: pictures, maps and readings.
 
     Parameters
     ----------
@@ -317,6 +317,94 @@ def peers(*, output: Output | None = None) -> None:
     if found.failed:
         _leave(f"{len(found.failed)} of {len(found.rows)} readings differ from a peer's by more than 0.5 % "
                "and by more than both error bars and chance allow.", 1)
+
+
+@app.command
+def spectrum(spectrum: str, *, lamp: Annotated[bool, Parameter(negative="")] = False,
+             json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+             output: Output | None = None) -> None:
+    """One paint or lamp: its curve, its 31 bands, its colour, and the measured paints nearest to it.
+
+    Parameters
+    ----------
+    spectrum
+        A Munsell chip ("5R 4/14"), a .csv or .spdx file, #rrggbb, r,g,b (linear), one reflectance, a CIE
+        illuminant (A, FL2, LED-B3), or a colour temperature (3000K).
+    lamp
+        The file holds a lamp's spectral power, not a reflectance.
+    json_
+        Print one JSON object instead of a table.
+    """
+    from renderer.files import output_folder
+    from renderer.studies.spectrum import record_of, resolve, save, table
+
+    output = output or Output()
+    shown = resolve(spectrum, lamp)
+    record = record_of(shown)
+    files = save(shown, record, output_folder(output.out))
+    if json_:
+        print(json.dumps(record, indent=1, allow_nan=False))
+        return
+    said = table(record)
+    _show(said.title, said.columns, said.rows)
+    _list_files(files, output.out)
+
+
+@app.command
+def gamut(scene: str | None = None, *, material: str | None = None, solving: Solving | None = None,
+          output: Output | None = None) -> None:
+    """RGB against 31 bands for 1,000 colours, five ways from RGB to a spectrum, and 1,269 measured paints.
+
+    Parameters
+    ----------
+    scene
+        A scene file or a packaged room, one material of which takes every colour in turn; without it,
+        the deck's infinitely wide room.
+    material
+        The material that takes the colours; else the one with the largest area.
+    """
+    from renderer.colour.lamps import illuminant
+    from renderer.colour.upsampling import cube
+    from renderer.files import output_folder
+    from renderer.studies import gamut_tables
+    from renderer.studies.gamut import analyse, bounds, sumpner
+    from renderer.studies.gamut_files import save_files
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    if solving.bands is not None:
+        raise InputError("--bands has no place in gamut, which compares all band sets. Remove it.")
+    if scene is None and material is not None:
+        raise InputError(f"--material is {material!r} but no SCENE is given; give one that has it.")
+    note, tables, limits = "", [gamut_tables.upsampling_table()], None
+    with _progress(output.quiet) as progress:
+        if scene is None:
+            place = sumpner(illuminant("D65", "lamp"))
+            limits = bounds(place, cube())
+        else:
+            place, note = _painted(scene, material, solving, progress)
+        out = output_folder(output.out)
+        progress(f"{place.title}: 1,000 colours and the chips")
+        found = analyse(place)
+        tables += gamut_tables.share_tables(found) + gamut_tables.named_tables(found, limits)
+        if scene is None:
+            tables += [gamut_tables.bounds_table(found), *gamut_tables.lamp_tables()]
+        tables.append(gamut_tables.chips_table(found))
+        files = save_files(found, limits, out, progress)
+    for table in tables:
+        _show(table.title, table.columns, table.rows)
+    print(note, end="")
+    _list_files(files, out)
+
+
+def _painted(scene: str, material: str | None, solving: Solving, progress):
+    from renderer.scene.reading import load
+    from renderer.studies.room import painted_material, painted_room
+
+    loaded = load(scene)
+    name = painted_material(loaded, material)
+    place, error = painted_room(loaded, name, solving.accuracy, solving.seed, progress)
+    return place, (f"{loaded.title}: {name!r} takes the colours, all else stays; between the reflectances "
+                   f"solved, readings are interpolated to {max(error, 1e-15):.0e}.\n")
 
 
 def _vector(option: str, text: str) -> tuple[float, float, float]:

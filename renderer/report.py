@@ -1,7 +1,18 @@
 """Readings as the objects that `--json` prints and files hold."""
 
+from dataclasses import dataclass
+
 from renderer.readings.colorimetry import chromaticity, colour_temperature, melanopic_edi
 from renderer.solution import Reading, Solution
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text to show, under a title."""
+
+    title: str
+    columns: list[str]
+    rows: list[list[str]]
 
 
 def reading_record(reading: Reading) -> dict:

@@ -200,7 +200,7 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
           progress: Progress = lambda step: None) -> Solution:
     """Solve a scene; what is not given here is taken from its [solver] table.
 
-    bands : "rgb" or "31"; accuracy : of readings [1], what mesh and rays are chosen for;
+    bands : "rgb", "rgb-prefiltered" or "31"; accuracy : of readings [1], what mesh and rays are chosen for;
     rooms : transports to share with other scenes of the same geometry; progress : told each step.
     Raises InputError (the scene is too large) or SolveError (it has no steady state).
     """
@@ -211,7 +211,7 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
     plan = make_plan(scene, accuracy, settings.patch_size)
     transport = rooms.transport(scene, plan, seed, progress)
     progress(f"{scene.title}: interreflections, {bands or settings.bands} bands")
-    return solve_on(scene, band_set(bands or settings.bands), plan, rooms, transport)
+    return solve_on(scene, scene.band_set(bands or settings.bands), plan, rooms, transport)
 
 
 def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport,

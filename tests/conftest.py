@@ -31,18 +31,19 @@ def room(tmp_path):
     """A function that writes a scene file for a box room and loads it.
 
     rho : the reflectance of every surface, or a material table; luminaires, objects, photometers :
-    lists of tables (an object's material is the walls' unless given); solver : a table.
+    lists of tables (an object's material is the walls' unless given); solver : a table; materials : more.
     """
     count = iter(range(1000))
 
     def make(rho=0.5, size=(4.0, 4.0, 3.0), luminaires=(PANEL,), objects=(), photometers=(),
-             solver=None, faces=None) -> Scene:
+             solver=None, faces=None, materials=None) -> Scene:
         material = rho if isinstance(rho, dict) else {"reflectance": rho}
         lines = ["[room]", f"size = {toml(size)}"]
         lines += [f'{key} = "{(faces or {}).get(key, "paint")}"'
                   for key in ("floor", "ceiling", "wall_x0", "wall_x1", "wall_y0", "wall_y1")]
         lines += ["[materials]", f"paint = {toml(material)}", "black = {reflectance = 0.0}",
                   "perfect = {reflectance = 1.0}"]
+        lines += [f"{name} = {toml(table)}" for name, table in (materials or {}).items()]
         for name, tables in (("luminaires", luminaires), ("objects", objects),
                              ("photometers", photometers)):
             for table in tables:

@@ -17,7 +17,8 @@ from renderer.colour.bands import (
     displayable,
 )
 from renderer.colour.lamps import band_flux, correlated, illuminant
-from renderer.colour.materials import Material, munsell_chip, srgb_to_linear
+from renderer.colour.materials import Material, srgb_to_linear
+from renderer.colour.munsell import munsell_chip
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import d65, munsell_chips, munsell_eigenvectors
 from renderer.colour.upsampling import munsell_eigen
@@ -154,7 +155,7 @@ def test_a_paint_upsampled_has_its_colour_and_is_physical(share):
     weights = np.array(share) / max(sum(share), 1.0)
     spectrum = Spectrum(nm, weights @ chips[[10, 400, 900]])
     rgb = Material("mixed", spectrum=spectrum).reflectance(RGB)
-    got = munsell_eigen(rgb)
+    got = Spectrum(*(x.ravel() for x in munsell_eigen(rgb[None])))
     assert got.values.min() >= 0
     assert got.values.max() <= 1
     # The colour is weighted 10⁴ times the shape: what is left is some 1e-8 of the multipliers.
@@ -163,9 +164,9 @@ def test_a_paint_upsampled_has_its_colour_and_is_physical(share):
 
 
 def test_an_impossible_colour_becomes_the_nearest_possible():
-    spectrum = munsell_eigen(np.array([1.0, 0.0, 0.0]))
-    assert spectrum.values.min() >= 0
-    assert spectrum.values.max() <= 1
+    _, values = munsell_eigen(np.array([[1.0, 0.0, 0.0]]))
+    assert values.min() >= 0
+    assert values.max() <= 1
 
 
 def test_the_eigenvectors_are_those_of_the_chips():

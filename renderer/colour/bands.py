@@ -21,19 +21,27 @@ BT709_TO_XYZ = _PRIMARIES.T * np.linalg.solve(_PRIMARIES.T, _WHITE)
 XYZ_TO_BT709 = np.linalg.inv(BT709_TO_XYZ)
 LUMINANCE_WEIGHTS = BT709_TO_XYZ[1]
 
+# XYZ to sharpened RGB: S. Süsstrunk, J. Holm, G. D. Finlayson, Proc. SPIE 4300 (2001), 172,
+# doi:10.1117/12.410788, the primaries that Ward and Eydelberg-Vileshin (2002) found best.
+XYZ_TO_SHARP = np.array([[1.2694, -0.0988, -0.1706], [-0.8364, 1.8006, 0.0357],
+                         [0.0297, -0.0315, 1.0018]])
+
 
 @dataclass(frozen=True)
 class BandSet:
     """A way to divide light into bands that do not exchange energy.
 
-    name : "rgb" or "31"
+    name : one of BAND_SETS
     edges : (n_bands + 1,) [nm], or None where a band is no interval of wavelengths
     xyz : (n_bands, 3) tristimulus values per unit of each band, Y in lm (so W → lm, or lm → lm)
+    filters : where it is none, weights (471, n_bands) on a reflectance at 360–830 nm, 1 nm; each
+        band's add up to 1
     """
 
     name: str
     edges: np.ndarray | None
     xyz: np.ndarray
+    filters: np.ndarray | None = None
 
     @property
     def luminous(self) -> np.ndarray:
@@ -71,12 +79,32 @@ def band_average(nm: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.nd
 def band_set(name: str) -> BandSet:
     """The band set of that name: "rgb", or "31" (400, 410 … 700 nm, each 10 nm wide)."""
     if name == "rgb":
-        return BandSet("rgb", None, BT709_TO_XYZ.T)
+        return BandSet("rgb", None, BT709_TO_XYZ.T, bt709_under_d65()[1])
     edges = np.arange(395.0, 706.0, 10.0)
     return BandSet("31", edges, K_M * band_average(*cie_1931(), edges))
 
 
-BAND_SETS = ("rgb", "31")
+def prefiltered(light: np.ndarray, primaries: np.ndarray = XYZ_TO_SHARP) -> BandSet:
+    """Three bands made for a room's own light (471,), relative power at 360–830 nm, 1 nm.
+
+    primaries : (3, 3) XYZ to the three bands.
+
+    A reflectance is filtered with that light before it is cut down to three primaries, sharpened ones, in
+    which the light itself is (1, 1, 1). So what is reflected once has exactly the right X, Y, Z; only
+    further bounces err. Where more than one kind of lamp lights the room, it is their mean.
+    G. Ward, E. Eydelberg-Vileshin, Eurographics Workshop on Rendering (2002), 117.
+    """
+    _, observer = cie_1931()
+    seen = (light[:, None] * observer) @ primaries.T
+    white = seen.sum(axis=0)
+    # Light purer than the primaries (a laser) lacks one: that band carries nothing.
+    lacking = white <= 1e-6 * white.max()
+    filters = np.where(lacking, observer[:, 1:2] * light[:, None], seen)
+    xyz = np.linalg.inv(primaries).T * np.where(lacking, 0.0, white)[:, None]
+    return BandSet("rgb-prefiltered", None, xyz / xyz[:, 1].sum(), filters / filters.sum(axis=0))
+
+
+BAND_SETS = ("rgb", "rgb-prefiltered", "31")
 
 
 @cache
@@ -91,16 +119,18 @@ def bt709_under_d65() -> tuple[np.ndarray, np.ndarray]:
     return nm, weights / weights.sum(axis=0)
 
 
-@cache
-def luminous_under_d65() -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths (471,) [nm], and weights (471,): Σ weights · reflectance = Y under D65."""
-    nm, observer = cie_1931()
-    weights = observer[:, 1] * d65()[1]
-    return nm, weights / weights.sum()
+def bt709_of_samples(nm: np.ndarray) -> np.ndarray:
+    """Weights (3, k) that take samples of a reflectance at nm (k,) [nm] to linear BT.709 under D65.
+
+    Exact for the curve that is linear between its samples and keeps its end values outside.
+    """
+    fine, weights = bt709_under_d65()
+    return weights.T @ np.column_stack([np.interp(fine, nm, unit) for unit in np.eye(len(nm))])
 
 
-def displayable(rgb: np.ndarray, luminance: float, ceiling: float = np.inf) -> np.ndarray:
-    """Linear BT.709 (3,) moved into 0 … ceiling, its luminance kept.
+def displayable(rgb: np.ndarray, luminance: float, ceiling: float = np.inf,
+                weights: np.ndarray = LUMINANCE_WEIGHTS) -> np.ndarray:
+    """Linear RGB (3,) moved into 0 … ceiling, its luminance (the sum with `weights`) kept.
 
     Components below 0 become 0 and the rest are scaled; then those above the ceiling become the
     ceiling and what they lose goes to the others in proportion, or, where those are 0, evenly.
@@ -109,13 +139,13 @@ def displayable(rgb: np.ndarray, luminance: float, ceiling: float = np.inf) -> n
         return np.zeros(3)
     rgb = np.clip(rgb, 0.0, None)
     rgb = rgb / rgb.max() if rgb.max() > 0 else np.ones(3)
-    rgb *= luminance / (LUMINANCE_WEIGHTS @ rgb)
+    rgb *= luminance / (weights @ rgb)
     full = rgb > ceiling
     while full.any() and not full.all():
-        rest = luminance - ceiling * LUMINANCE_WEIGHTS[full].sum()
+        rest = luminance - ceiling * weights[full].sum()
         free = np.where(full, 0.0, rgb)
         free = np.where(full, 0.0, 1.0) if not free.max() > 1e-9 * ceiling else free
-        rgb = np.where(full, ceiling, free * (rest / (LUMINANCE_WEIGHTS @ free)))
+        rgb = np.where(full, ceiling, free * (rest / (weights @ free)))
         if not (rgb > ceiling).any():
             return rgb
         full |= rgb > ceiling

@@ -4,24 +4,31 @@ import difflib
 
 import numpy as np
 
-from renderer.colour.bands import XYZ_TO_BT709, BandSet, band_average, displayable
+from renderer.colour.bands import BandSet, band_average, displayable
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, d65
 from renderer.errors import InputError
+
+
+def illuminants(near: str | None = None) -> list[str]:
+    """Names of the CIE illuminants that colour-science carries, or the three nearest to a name."""
+    import colour
+
+    names = [name for name in colour.SDS_ILLUMINANTS if not name.startswith("ISO")]
+    return names if near is None else difflib.get_close_matches(near, names, n=3, cutoff=0.0)
 
 
 def illuminant(name: str, where: str) -> Spectrum:
     """The CIE illuminant of that name, relative power. An unknown one is refused."""
     if name == "D65":  # shipped: the main job needs no more, and colour-science imports slowly
         return Spectrum(*d65())
+    if name not in illuminants():
+        raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a .csv or .spdx file. "
+                         f"Nearest: {', '.join(illuminants(near=name))}.")
     import colour
 
-    known = {key: sd for key, sd in colour.SDS_ILLUMINANTS.items() if not key.startswith("ISO")}
-    if name not in known:
-        near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.0)
-        raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a .csv or .spdx file. "
-                         f"Nearest: {', '.join(near)}.")
-    return Spectrum(known[name].wavelengths, known[name].values)
+    found = colour.SDS_ILLUMINANTS[name]
+    return Spectrum(found.wavelengths, found.values)
 
 
 def correlated(cct: float) -> Spectrum:
@@ -47,7 +54,7 @@ def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> 
     if bands.edges is None:
         power = np.interp(nm, spectrum.nm, spectrum.values, left=0.0, right=0.0)
         xyz = power @ observer
-        shares = displayable(XYZ_TO_BT709 @ xyz, xyz[1]) if xyz[1] > 0 else np.zeros(3)
+        shares = displayable(np.linalg.lstsq(bands.xyz.T, xyz)[0], xyz[1], weights=bands.luminous)
     else:
         dark = 1e-9  # nm past its ends
         samples = np.concatenate([[spectrum.nm[0] - dark], spectrum.nm, [spectrum.nm[-1] + dark]])
@@ -58,3 +65,14 @@ def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> 
         raise InputError(f"{where}: the source has no light between {nm[0]:g} and {nm[-1]:g} nm "
                          "that the bands can carry; give one with light between 400 and 700 nm.")
     return shares * (lumens / luminous)
+
+
+def mean_light(lamps: list[Spectrum], lumens: list[float]) -> np.ndarray:
+    """The lamps' common light (471,), relative power at 360–830 nm, each by its lumens; D65 if none."""
+    nm, observer = cie_1931()
+    light = np.zeros(len(nm))
+    for lamp, amount in zip(lamps, lumens, strict=True):
+        power = np.interp(nm, lamp.nm, lamp.values, left=0.0, right=0.0)
+        luminous = power @ observer[:, 1]
+        light += power * (amount / luminous) if luminous > 0 else 0.0
+    return light if light.any() else d65()[1]

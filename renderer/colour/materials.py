@@ -1,21 +1,13 @@
 """Materials: a diffuse reflectance, given as a number, a spectrum, a colour or a Munsell chip."""
 
-import difflib
 from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.colour.bands import (
-    BandSet,
-    band_average,
-    bt709_under_d65,
-    displayable,
-    luminous_under_d65,
-)
+from renderer.colour.bands import BandSet, band_average, displayable
 from renderer.colour.spectrum import Spectrum
-from renderer.colour.tables import munsell_chips
+from renderer.colour.tables import cie_1931
 from renderer.colour.upsampling import UPSAMPLING
-from renderer.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -37,21 +29,28 @@ class Material:
         """Reflectance in each band (n_bands,) [1]."""
         if self.flat is not None:
             return np.full(len(bands.xyz), self.flat)
-        if bands.edges is None:
-            return self._bt709()
+        if bands.name == "rgb" and self.rgb is not None:
+            return np.array(self.rgb)
         spectrum = self.spectrum
         if spectrum is None:
-            spectrum = UPSAMPLING[self.upsampling](np.array(self.rgb))
-        return band_average(spectrum.nm, spectrum.values, bands.edges)
+            nm, (values,) = UPSAMPLING[self.upsampling](np.array([self.rgb]))
+            spectrum = Spectrum(nm, values)
+        if bands.edges is not None:
+            return band_average(spectrum.nm, spectrum.values, bands.edges)
+        curve = np.interp(cie_1931()[0], spectrum.nm, spectrum.values)
+        return reflectances_in_three((curve @ bands.filters)[None], bands)[0]
 
-    def _bt709(self) -> np.ndarray:
-        if self.rgb is not None:
-            return np.array(self.rgb)
-        nm, weights = bt709_under_d65()
-        curve = np.interp(nm, self.spectrum.nm, self.spectrum.values)
-        luminous = float(luminous_under_d65()[1] @ curve)
-        # A reflectance above 1 would make light from nothing at every bounce: 1 is the ceiling.
-        return displayable(curve @ weights, luminous, ceiling=1.0)
+
+def reflectances_in_three(rgb: np.ndarray, bands: BandSet) -> np.ndarray:
+    """Filtered reflectances (n, 3) moved into 0 … 1, their luminous reflectance kept.
+
+    A reflectance above 1 would make light from nothing at every bounce: 1 is the ceiling.
+    """
+    moved = np.clip(rgb, 0.0, 1.0)
+    for k in np.flatnonzero((moved != rgb).any(axis=1)):
+        luminous = float(bands.luminous @ rgb[k])
+        moved[k] = displayable(rgb[k], luminous, ceiling=1.0, weights=bands.luminous)
+    return moved
 
 
 def srgb_to_linear(code: str) -> tuple[float, float, float]:
@@ -59,14 +58,3 @@ def srgb_to_linear(code: str) -> tuple[float, float, float]:
     encoded = np.array([int(code[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
     linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
     return tuple(float(x) for x in linear)
-
-
-def munsell_chip(notation: str, where: str) -> Spectrum:
-    """The measured reflectance of that chip; an unknown one is refused with the nearest named."""
-    notations, nm, reflectance = munsell_chips()
-    wanted = " ".join(notation.upper().split())
-    if wanted in notations:
-        return Spectrum(nm, reflectance[notations.index(wanted)])
-    near = difflib.get_close_matches(wanted, notations, n=3, cutoff=0.0)
-    raise InputError(f"{where} is {notation!r}; must be one of the {len(notations)} measured chips"
-                     f". Nearest: {', '.join(near)}.")

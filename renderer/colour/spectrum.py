@@ -7,6 +7,11 @@ import numpy as np
 
 from renderer.errors import InputError
 
+REACH = (420, 680)
+"""Wavelengths [nm] a measured reflectance must reach; most files stop at 400 and 700."""
+NOISE = 0.005
+"""Measured reflectances may pass 0 or 1 by this much; they are set to 0 or 1."""
+
 
 @dataclass(frozen=True)
 class Spectrum:
@@ -50,6 +55,33 @@ def read_spectrum(path: Path, where: str) -> Spectrum:
         raise InputError(f"{where}: {path.name} covers {nm[0]:g} to {nm[-1]:g} nm; it must meet "
                          "400 to 700 nm. Wavelengths are in nanometres.")
     return Spectrum(nm, values)
+
+
+def read_reflectance(path: Path, where: str) -> Spectrum:
+    """Read a measured reflectance, 0 … 1, that reaches from 420 to 680 nm. Raises InputError.
+
+    Past its samples it keeps its end values.
+    """
+    spectrum = read_spectrum(path, where)
+    if spectrum.nm[0] > REACH[0] or spectrum.nm[-1] < REACH[1]:
+        raise InputError(f"{where}: {path.name} covers {spectrum.nm[0]:g} to {spectrum.nm[-1]:g} nm; a "
+                         f"reflectance must reach from {REACH[0]} to {REACH[1]} nm, past which its end "
+                         "values are kept. Measure or extend it.")
+    worst = spectrum.values[np.abs(spectrum.values - 0.5).argmax()]
+    if not -NOISE <= worst <= 1 + NOISE:
+        raise InputError(f"{where}: {path.name} holds the reflectance {worst:g}; must be from 0 to 1. "
+                         "Divide percentages by 100.")
+    return Spectrum(spectrum.nm, np.clip(spectrum.values, 0, 1))
+
+
+def read_lamp(path: Path, where: str) -> Spectrum:
+    """Read a lamp's spectral power, 1 at its peak; past its samples it is dark. Raises InputError."""
+    spectrum = read_spectrum(path, where)
+    peak = np.abs(spectrum.values).max()
+    if spectrum.values.min() < -NOISE * peak:
+        raise InputError(f"{where}: {path.name} holds the power {spectrum.values.min():g}; must not be "
+                         "negative.")
+    return Spectrum(spectrum.nm, np.clip(spectrum.values, 0, None) / (peak or 1.0))
 
 
 def _read_csv(path: Path, where: str) -> tuple[np.ndarray, np.ndarray]:

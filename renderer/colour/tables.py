@@ -42,7 +42,7 @@ def melanopic() -> tuple[np.ndarray, np.ndarray]:
 def munsell_chips() -> tuple[list[str], np.ndarray, np.ndarray]:
     """Notations (1269), wavelengths (81,) [nm] and reflectances (1269, 81) of matte chips."""
     raw = np.loadtxt(DATA / "munsell_matte_1269.csv.gz", delimiter=",", dtype=str)
-    return list(raw[1:, 0]), raw[0, 1:].astype(float), raw[1:, 1:].astype(float)
+    return raw[1:, 0].tolist(), raw[0, 1:].astype(float), raw[1:, 1:].astype(float)
 
 
 @cache

@@ -1,34 +1,90 @@
-"""From three numbers to a spectrum: which of the many paints of that colour is meant?"""
+"""From three numbers to a spectrum: which of the many paints of that colour is meant?
+
+Each method takes linear BT.709 reflectances under D65 (n, 3), 0 … 1, and returns its wavelengths
+(k,) [nm] and reflectances (n, k), all within 0 … 1: a reflectance above 1 would make light.
+"""
+
+from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
-from renderer.colour.bands import bt709_under_d65
-from renderer.colour.spectrum import Spectrum
+from renderer.colour.bands import bt709_of_samples
+from renderer.colour.published import jakob_2019, mallett_2019, otsu_2018, smits_1999
 from renderer.colour.tables import munsell_eigenvectors
 
 RGB_WEIGHT = 1e4
 """How much more an error of the colour counts than one of shape: the colour holds to 1e-7."""
+STEPS = 80
+
+Method = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
-def munsell_eigen(rgb: np.ndarray) -> Spectrum:
-    """The deck's method, made physical: three eigenvectors of 1,269 measured Munsell chips.
+def cube() -> np.ndarray:
+    """The thousand colours (1000, 3): 0, 0.1 … 0.9 on each axis, linear BT.709, red slowest."""
+    steps = np.arange(10) / 10
+    return np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
 
-    rgb : (3,) linear BT.709 reflectance under D65. The plain combination of eigenvectors leaves
-    0 … 1 for saturated colours, and clipping it changes the colour; so the answer is the spectrum
-    within 0 … 1 nearest to the plain one (least squares) among those of exactly this colour.
-    Where no spectrum within 0 … 1 has this colour, the one of the nearest colour.
-    Returns 81 samples, 380–780 nm.
-    """
+
+def plain_eigen(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The deck's method as it stands: the combination of three eigenvectors of 1,269 measured chips
+    that has the colour. Leaves 0 … 1 for saturated colours."""
     nm, vectors = munsell_eigenvectors()
-    fine_nm, fine_weights = bt709_under_d65()
-    # The functional on the samples: each hat function (linear interpolation) integrated exactly.
-    hats = np.column_stack([np.interp(fine_nm, nm, unit) for unit in np.eye(len(nm))])
-    weights = (hats.T @ fine_weights).T
-    plain = vectors @ np.linalg.solve(weights @ vectors, rgb)
-    fit = lsq_linear(np.vstack([np.eye(len(nm)), RGB_WEIGHT * weights]),
-                     np.concatenate([plain, RGB_WEIGHT * rgb]), bounds=(0.0, 1.0), method="bvls")
-    return Spectrum(nm, np.clip(fit.x, 0.0, 1.0))
+    return nm, rgb @ np.linalg.inv(bt709_of_samples(nm) @ vectors).T @ vectors.T
 
 
-UPSAMPLING = {"munsell-eigen": munsell_eigen}
+def clipped_eigen(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same cut off at 0 and 1, which changes the colour."""
+    nm, plain = plain_eigen(rgb)
+    return nm, np.clip(plain, 0.0, 1.0)
+
+
+def munsell_eigen(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The deck's method made physical: within 0 … 1 and of exactly the colour asked.
+
+    Of all spectra within 0 … 1, the one that minimises |x − plain|² + RGB_WEIGHT² |Wx − rgb|², W the
+    functional that takes samples to linear BT.709. Where some spectrum has the colour, that is the
+    one of exactly this colour nearest to the plain combination; else one of the nearest colour.
+    At the minimum x = clip(plain + Wᵀy) with Wx + y/RGB_WEIGHT² = rgb: three equations a colour, solved
+    for all colours at once by Newton's method (the left side is monotone in y).
+    """
+    nm, plain = plain_eigen(rgb)
+    weights = bt709_of_samples(nm)
+    # In units in which W has orthonormal rows the three equations are alike in size.
+    left, size, _ = np.linalg.svd(weights, full_matrices=False)
+    even = (left / size).T @ weights
+    goal = rgb @ (left / size)
+    ridge = (left / size).T @ (left / size) / RGB_WEIGHT**2
+    y = np.zeros_like(goal)
+
+    def missed(y: np.ndarray) -> np.ndarray:
+        return goal - np.clip(plain + y @ even, 0.0, 1.0) @ even.T - y @ ridge
+
+    residual = missed(y)
+    for _ in range(STEPS):
+        shape = plain + y @ even
+        free = ((shape > 0.0) & (shape < 1.0)).astype(float)
+        slope = np.einsum("nk,ik,jk->nij", free, even, even) + ridge
+        step = np.linalg.solve(slope + 1e-14 * np.eye(3), residual[..., None])[..., 0]
+        y, residual, done = _descend(missed, y, step, residual)
+        if done:
+            break
+    return nm, np.clip(plain + y @ even, 0.0, 1.0)
+
+
+def _descend(missed, y: np.ndarray, step: np.ndarray, residual: np.ndarray):
+    """Each row's longest of the steps 1, ½, ¼ … that lessens what is missed."""
+    before = np.linalg.norm(residual, axis=1)
+    share = np.ones(len(y))
+    for _ in range(40):
+        fresh = missed(y + share[:, None] * step)
+        worse = (np.linalg.norm(fresh, axis=1) > before * (1 - 1e-4 * share)) & (before > 1e-13)
+        if not worse.any():
+            break
+        share[worse] /= 2
+    return y + share[:, None] * step, fresh, bool((before < 1e-13).all())
+
+
+UPSAMPLING: dict[str, Method] = {
+    "munsell-eigen": munsell_eigen, "jakob-2019": jakob_2019, "mallett-2019": mallett_2019,
+    "otsu-2018": otsu_2018, "smits-1999": smits_1999}
+"""What a scene may name."""

@@ -12,7 +12,7 @@ from renderer.solution import Reading
 
 ROWS = ("(a) reflectance", "(b) direct light", "(c) direct light:\nluminance",
         "(d) with inter-\nreflection", "(e) with inter-\nreflection:\nluminance")
-BAND_TITLES = {"rgb": "RGB", "31": "31 bands"}
+BAND_TITLES = {"rgb": "RGB", "rgb-prefiltered": "RGB, prefiltered", "31": "31 bands"}
 
 
 @dataclass(frozen=True)

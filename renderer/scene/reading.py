@@ -11,10 +11,11 @@ import numpy as np
 import trimesh
 from pydantic import BaseModel, ValidationError
 
-from renderer.colour.bands import BandSet
-from renderer.colour.lamps import band_flux, correlated, illuminant
-from renderer.colour.materials import Material, munsell_chip, srgb_to_linear
-from renderer.colour.spectrum import Spectrum, read_spectrum
+from renderer.colour.bands import BandSet, band_set, prefiltered
+from renderer.colour.lamps import band_flux, correlated, illuminant, mean_light
+from renderer.colour.materials import Material, srgb_to_linear
+from renderer.colour.munsell import munsell_chip
+from renderer.colour.spectrum import Spectrum, read_lamp, read_reflectance
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.geometry import object_mesh
@@ -31,13 +32,9 @@ from renderer.scene.model import (
 )
 from renderer.scene.rooms import Room, box_room, outline_room, refuse_outside, spelt, winding
 
-REACH = (420, 680)
-"""Wavelengths [nm] a measured reflectance must reach; most files stop at 400 and 700."""
 STAND_OFF = 4e-6
 """How far rays start off their surface and stop short of their target, relative to the room's
 longest side: some 60 times what rays resolve there, and 20 µm in a room of 5 m."""
-NOISE = 0.005
-"""Measured reflectances may pass 0 or 1 by this much; they are set to 0 or 1."""
 LATER = {"array": "one table each", "photometer_grids": "photometers",
          "ies": "rectangle, disc or point"}
 """Keys of the format that this version does not read yet, and what to use meanwhile."""
@@ -92,6 +89,12 @@ class Scene:
     def faces(self) -> list[Luminaire]:
         """The luminaires that have a face."""
         return [lum for lum in self.luminaires if lum.outline is not None]
+
+    def band_set(self, name: str) -> BandSet:
+        """The band set of that name; "rgb-prefiltered" is made for this scene's lamps."""
+        if name != "rgb-prefiltered":
+            return band_set(name)
+        return prefiltered(mean_light(self.lamps, [lum.lumens for lum in self.luminaires]))
 
     def reflectance(self, bands: BandSet) -> np.ndarray:
         """Reflectance of each surface in each band (n_surfaces, n_bands); luminaires are black."""
@@ -270,17 +273,7 @@ def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> M
     if table.munsell is not None:
         return Material(name, spectrum=munsell_chip(table.munsell, f"{where}.munsell"))
     if table.spectrum is not None:
-        key = f"{where}.spectrum"
-        spectrum = read_spectrum(path.parent / table.spectrum, key)
-        if spectrum.nm[0] > REACH[0] or spectrum.nm[-1] < REACH[1]:
-            raise InputError(f"{key}: {table.spectrum} covers {spectrum.nm[0]:g} to {spectrum.nm[-1]:g} "
-                             f"nm; a reflectance must reach from {REACH[0]} to {REACH[1]} nm, past which "
-                             "its end values are kept. Measure or extend it.")
-        worst = spectrum.values[np.abs(spectrum.values - 0.5).argmax()]
-        if not -NOISE <= worst <= 1 + NOISE:
-            raise InputError(f"{key}: {table.spectrum} holds the reflectance {worst:g}; must be "
-                             "from 0 to 1. Divide percentages by 100.")
-        return Material(name, spectrum=Spectrum(spectrum.nm, np.clip(spectrum.values, 0, 1)))
+        return Material(name, spectrum=read_reflectance(path.parent / table.spectrum, f"{where}.spectrum"))
     rgb = table.rgb if table.rgb is not None else srgb_to_linear(table.srgb)
     return Material(name, rgb=rgb, upsampling=upsampling)
 
@@ -291,12 +284,7 @@ def _lamp(table, path: Path, where: str) -> Spectrum:
     name = "D65" if table.spectrum is None else table.spectrum
     if Path(name).suffix.lower() not in (".csv", ".spdx"):
         return illuminant(name, f"{where}.spectrum")
-    spectrum = read_spectrum(path.parent / name, f"{where}.spectrum")
-    peak = np.abs(spectrum.values).max()
-    if spectrum.values.min() < -NOISE * peak:
-        raise InputError(f"{where}.spectrum: {name} holds the power {spectrum.values.min():g}; "
-                         "must not be negative.")
-    return Spectrum(spectrum.nm, np.clip(spectrum.values, 0, None) / (peak or 1.0))
+    return read_lamp(path.parent / name, f"{where}.spectrum")
 
 
 def _room(table: RoomTable, materials: list[str], path: Path) -> Room:

@@ -1,0 +1,59 @@
+"""Munsell notations: hue, value and chroma, and which measured chips are near."""
+
+import difflib
+import re
+from functools import cache
+
+import numpy as np
+
+from renderer.colour.spectrum import Spectrum
+from renderer.colour.tables import munsell_chips
+from renderer.errors import InputError
+
+HUES = ("R", "YR", "Y", "GY", "G", "BG", "B", "PB", "P", "RP")
+_NOTATION = re.compile(r"(?:N|(\d+(?:\.\d*)?)\s*([A-Z]{1,2}))\s*(\d+(?:\.\d*)?)\s*/\s*(\d+(?:\.\d*)?)?")
+
+
+def parsed(notation: str) -> tuple[float, float, float] | None:
+    """Hue 0 … 100 round the circle, value 0 … 10 and chroma; None where it is no Munsell notation.
+
+    "5R 4/14" is (5, 4, 14); a neutral, "N 5/", has chroma 0.
+    """
+    found = _NOTATION.fullmatch(" ".join(notation.upper().split()))
+    if not found or (found[2] and found[2] not in HUES):
+        return None
+    hue = 0.0 if found[2] is None else (float(found[1]) + 10 * HUES.index(found[2])) % 100
+    chroma = 0.0 if found[2] is None else float(found[4] or 0)
+    return hue, float(found[3]), chroma
+
+
+@cache
+def _chips() -> np.ndarray:
+    return np.array([parsed(name) for name in munsell_chips()[0]])
+
+
+def differences(wanted: tuple[float, float, float]) -> np.ndarray:
+    """How far each measured chip is: Nickerson's index ⅖CΔH + 6ΔV + 3ΔC, C the lesser chroma.
+
+    D. Nickerson, Textile Research 6 (1936), 505.
+    """
+    hue, value, chroma = _chips().T
+    round_the_circle = np.abs((hue - wanted[0] + 50) % 100 - 50)
+    return (0.4 * np.minimum(chroma, wanted[2]) * round_the_circle + 6 * np.abs(value - wanted[1])
+            + 3 * np.abs(chroma - wanted[2]))
+
+
+def munsell_chip(notation: str, where: str) -> Spectrum:
+    """The measured reflectance of that chip; an unknown one is refused with the nearest named."""
+    names, nm, reflectance = munsell_chips()
+    wanted = parsed(notation)
+    if wanted is None:
+        near = difflib.get_close_matches(notation.upper(), names, n=3, cutoff=0.0)
+        raise InputError(f"{where} is {notation!r}, no Munsell notation; write hue value/chroma, for "
+                         f"example {', '.join(repr(name) for name in near)}.")
+    far = differences(wanted)
+    if (_chips() == wanted).all(axis=1).any() and wanted[2] > 0:
+        return Spectrum(nm, reflectance[int(far.argmin())])
+    near = ", ".join(names[k] for k in np.argsort(far, kind="stable")[:3])
+    raise InputError(f"{where} is {notation!r}; must be one of the {len(names)} measured chips. "
+                     f"Nearest: {near}.")

@@ -1,0 +1,144 @@
+"""Charts of the thousand colours, in slices along red as in the deck, and of the measured chips."""
+
+from pathlib import Path
+
+import numpy as np
+
+from renderer.colour.bands import LUMINANCE_WEIGHTS
+from renderer.colour.upsampling import cube
+from renderer.files import whole_file
+from renderer.pictures.image import encode
+from renderer.pictures.sheet import plain
+
+WITHIN = 0.2
+OWN = "own colour"
+AGAINST_RATIO = (("o", OWN, 46, "RGB within ±20 %"), ("v", "#c23b3b", 20, "RGB over 20 % too high"),
+                 ("^", "#3565b5", 20, "RGB over 20 % too low"))
+AGAINST_BOUNDS = (("o", OWN, 46, "safe beyond doubt"), ("^", "#7f9fd0", 20, "RGB can only be too low"),
+                  ("v", "#d89090", 20, "RGB can only be too high"), (".", "#909090", 40, "either"),
+                  ("X", "black", 46, "unsafe beyond doubt"))
+
+
+def against_ratio(ratios: np.ndarray) -> np.ndarray:
+    """Index into AGAINST_RATIO of each ratio of spectral to RGB."""
+    return np.where(ratios < 1 - WITHIN - 1e-9, 1, np.where(ratios > 1 + WITHIN + 1e-9, 2, 0))
+
+
+def save_slices(rows: list[tuple[str, np.ndarray]], marks: tuple, title: str, path: Path) -> Path:
+    """The cube of 10 × 10 × 10 colours as ten charts a row, each of one red.
+
+    rows : of a caption and an index into `marks` for each of the 1000 colours, red slowest. A single
+    row is broken into two rows of five.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.collections import PatchCollection
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+
+    single = len(rows) == 1
+    across, down = (5, 2) if single else (10, len(rows))
+    cell, left = (2.3, 0.6) if single else (1.55, 1.95)
+    step, lift = 1.12, 1.28 if single else 1.12  # from chart to chart, in reflectance
+    inch = cell / step
+    width, height = left + across * cell, (0.95 if single else 0.85) + down * lift * inch + 0.72
+    figure = Figure(figsize=(width, height), dpi=100)
+    FigureCanvasAgg(figure)
+    # One axes for all charts: a hundred of them would take ten times as long.
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set(xlim=(-left / inch, (width - left) / inch), ylim=((0.95 - height) / inch, 0.95 / inch))
+    axes.axis("off")
+    colours, index = cube(), np.concatenate([row[1].reshape(10, 100) for row in rows])
+    chart = np.arange(10 * len(rows))
+    x0, y0 = chart % across * step, -(chart // across + 1) * lift + (0.2 if single else 0.1)
+    place = np.stack([x0[:, None] + colours[:100, 1], y0[:, None] + colours[:100, 2]], axis=-1)
+    paint = np.tile(encode(colours) / 255, (len(rows), 1)).reshape(-1, 100, 3)
+    for kind, (mark, colour, area, _) in enumerate(marks):
+        chosen = index == kind
+        axes.scatter(*place[chosen].T, marker=mark, s=area * (cell / 2.1) ** 2,
+                     c=paint[chosen] if colour == OWN else colour, linewidths=0.5,
+                     edgecolors="#505050" if colour == OWN else "none")
+    axes.add_collection(PatchCollection([Rectangle((x - 0.07, y - 0.07), 1.04, 1.04) for x, y in
+                                         zip(x0, y0, strict=True)], fc="none", ec="#303030", lw=0.7))
+    for k, (x, y) in enumerate(zip(x0, y0, strict=True)):
+        if single or k < 10:
+            axes.text(x + 0.45, y + 1.01, f"red {k % 10 / 10:.1f}", ha="center", va="bottom", fontsize=9)
+        for tick in (0.0, 0.3, 0.6, 0.9):
+            if k % across == 0:
+                axes.text(x - 0.1, y + tick, f"{tick:.1f}", ha="right", va="center", fontsize=6.5)
+            if k // across == down - 1:
+                axes.text(x + tick, y - 0.1, f"{tick:.1f}", ha="center", va="top", fontsize=6.5)
+        if k // across == down - 1:
+            axes.text(x + 0.45, y - 0.1 - 0.13 / inch, "green", ha="center", va="top", fontsize=8)
+        if k % across == 0:
+            axes.text(x - 0.1 - 0.22 / inch, y + 0.45, "blue", ha="right", va="center", rotation=90,
+                      fontsize=8)
+            if not single:
+                caption = "\n".join(map(plain, rows[k // 10][0].split(", ")))
+                axes.text((0.1 - left) / inch, y + 0.45, caption, va="center", fontsize=9.5)
+    axes.text((width / 2 - left) / inch, 0.75 / inch, plain(title), ha="center", va="center", fontsize=13,
+              weight="bold")
+    if single:
+        axes.text((width / 2 - left) / inch, 0.5 / inch, plain(rows[0][0]), ha="center", va="center",
+                  fontsize=10)
+    _legend(figure, marks)
+    return _saved(figure, path)
+
+
+def _legend(figure, marks: tuple) -> None:
+    from matplotlib.lines import Line2D
+
+    shown = [Line2D([], [], ls="none", marker=mark, ms=8 if colour == OWN else 6,
+                    mfc="#cfa56a" if colour == OWN else colour,
+                    mec="#505050" if colour == OWN else "none", label=label)
+             for mark, colour, _, label in marks]
+    figure.legend(handles=shown, loc="lower center", ncols=len(shown), frameon=False, fontsize=9,
+                  bbox_to_anchor=(0.5, 0.0))
+
+
+def save_chips(panels: list[tuple[str, np.ndarray]], rgb: np.ndarray, names: list[str], title: str,
+               path: Path) -> Path:
+    """Measured paints: the ratio of 31 bands to RGB of each, the worst named.
+
+    panels : of a caption and ratios (n,); rgb : (n, 3) linear, for the dots' colours and brightness.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.4 * len(panels) + 0.6, 5.2), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(plain(title), fontsize=13, weight="bold")
+    lowest = min(0.75, *(float(np.nanmin(ratios)) for _, ratios in panels)) * 0.93
+    highest = max(1.3, *(float(np.nanmax(ratios[np.isfinite(ratios)])) for _, ratios in panels)) * 1.05
+    every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    for axes, (caption, ratios) in zip(every, panels, strict=True):
+        axes.axhspan(1 - WITHIN, 1 + WITHIN, color="#e9efe6", zorder=0)
+        axes.axhline(1, color="#707070", lw=0.8, zorder=1)
+        bright = rgb @ LUMINANCE_WEIGHTS
+        axes.scatter(bright, ratios, c=encode(rgb) / 255, s=22, edgecolors="#404040", linewidths=0.35,
+                     zorder=2)
+        far = [k for k in np.argsort(-np.abs(np.log(ratios))) if abs(ratios[k] - 1) > WITHIN][:7]
+        line, placed = 0.042 * np.log(highest / lowest), []
+        for k in sorted(far, key=lambda k: ratios[k]):
+            height = np.log(ratios[k])
+            while any(abs(x - bright[k]) < 0.14 and abs(y - height) < line for x, y in placed):
+                height += line / 4  # no label on another
+            placed.append((bright[k], height))
+            axes.annotate(names[k], (bright[k], ratios[k]), (bright[k] - 0.02, np.exp(height)), fontsize=8,
+                          ha="right", va="center", arrowprops={"arrowstyle": "-", "lw": 0.4,
+                                                               "color": "#808080", "shrinkB": 2})
+            highest = max(highest, np.exp(height + line))
+        axes.set_yscale("log")
+        axes.set(xlabel="luminous reflectance", xlim=(0, None))
+        axes.set_title(plain(caption), fontsize=10)
+    ticks = [t for t in (0.1, 0.2, 0.3, 0.5, 0.8, 1, 1.2, 1.5, 2, 3, 5) if lowest <= t <= highest]
+    every[0].set_yticks(ticks, [f"{t:g}" for t in ticks])
+    every[0].minorticks_off()
+    every[0].set_ylim(lowest, highest)
+    every[0].set_ylabel("31 bands / RGB")
+    return _saved(figure, path)
+
+
+def _saved(figure, path: Path) -> Path:
+    with whole_file(path) as part:
+        figure.savefig(part)
+    return path

@@ -1,0 +1,48 @@
+"""A spectrum drawn: its curve, and what 31 bands keep of it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from renderer.files import whole_file
+from renderer.pictures.image import encode
+from renderer.pictures.sheet import plain
+
+
+def save_chart(title: str, caption: str, curves: dict[str, tuple[np.ndarray, np.ndarray]], edges: np.ndarray,
+               steps: np.ndarray, rgb: np.ndarray | None, path: Path) -> Path:
+    """Draw curves over wavelength and the first one's band averages.
+
+    curves : wavelengths [nm] and values by name; edges (n + 1,) [nm] and steps (n,) of the bands;
+    rgb : linear colour of a paint, for its swatch; None for a lamp.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.6, 4.6), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    several = len(curves) > 1
+    shade = "#808080" if rgb is None else encode(rgb) / 255
+    axes.stairs(steps, edges, fill=True, color=shade, alpha=0.28 if rgb is None else 0.45, zorder=1)
+    axes.stairs(steps, edges, color="#303030", lw=0.8, zorder=2,
+                label=f"31 bands{f' of {next(iter(curves))}' if several else ''}")
+    for k, (name, (nm, values)) in enumerate(curves.items()):
+        colour = "black" if not several else f"C{k}"
+        axes.plot(nm, values, color=colour, lw=1.6 if k == 0 else 1.2, label=name, zorder=3)
+        if rgb is not None:  # past its samples a reflectance keeps its end values
+            for end, value, limit in ((nm[0], values[0], 360.0), (nm[-1], values[-1], 780.0)):
+                if (end - limit) * (1 if limit < 500 else -1) > 0:
+                    axes.plot([end, limit], [value, value], ":", color=colour, lw=1, zorder=3)
+    axes.set(xlim=(360, 780), xlabel="wavelength in nm",
+             ylabel="relative spectral power" if rgb is None else "reflectance")
+    top = max(float(values.max()) for _, values in curves.values())
+    axes.set_ylim(0, 1.02 if rgb is not None else 1.05 * top)
+    axes.axvspan(360, edges[0], color="#f2f2f2", zorder=0)
+    axes.axvspan(edges[-1], 780, color="#f2f2f2", zorder=0)
+    axes.legend(fontsize=8.5, frameon=False, loc="best")
+    axes.set_title(plain(title), fontsize=12, weight="bold", pad=20)
+    axes.text(0.5, 1.02, plain(caption), transform=axes.transAxes, ha="center", va="bottom", fontsize=9)
+    with whole_file(path) as part:
+        figure.savefig(part)
+    return path

@@ -1,0 +1,155 @@
+"""The numbers of `renderer gamut` as tables to show."""
+
+import numpy as np
+
+from renderer.colour.bands import XYZ_TO_BT709, XYZ_TO_SHARP, bt709_of_samples
+from renderer.colour.lamps import illuminant
+from renderer.colour.tables import munsell_chips
+from renderer.colour.upsampling import UPSAMPLING, clipped_eigen, cube, munsell_eigen, plain_eigen
+from renderer.report import Table
+from renderer.studies.gamut import (
+    CEILING,
+    CLASSES,
+    METHODS,
+    MODELS,
+    NAMED,
+    Gamut,
+    bounds,
+    classify,
+    spectra_in,
+    sumpner,
+    within,
+)
+
+CEILINGS = (0.9, 0.95, 0.99)
+LAMPS = ("D65", "A", "FL2", "FL11", "LED-B3", "HP1")
+WORST = 10
+
+
+def upsampling_table() -> Table:
+    """How well each way from RGB to a spectrum keeps the colour, how smooth it is, and its range."""
+    rgb = cube()
+    rows = []
+    for name, method in {"eigen, plain": plain_eigen, "eigen, clipped": clipped_eigen, **UPSAMPLING}.items():
+        nm, spectra = method(rgb)
+        missed = np.abs(spectra @ bt709_of_samples(nm).T - rgb).max(axis=1)
+        even = np.arange(400.0, 701.0, 10.0)
+        curves = np.stack([np.interp(even, nm, curve) for curve in spectra])
+        bend = np.sqrt(np.mean(np.diff(curves, 2, axis=1) ** 2))
+        outside = ((spectra < 0) | (spectra > 1)).any(axis=1)
+        rows.append([name, f"{missed.mean():.1e}", f"{missed.max():.1e}", f"{(missed > 1e-3).mean():.1%}",
+                     f"{bend:.4f}", f"{spectra.min():.3f}", f"{spectra.max():.3f}", f"{outside.mean():.1%}",
+                     f"{(curves.max(axis=1) > 0.99).mean():.1%}"])
+    return Table("From RGB to a spectrum, 1,000 colours: |ΔRGB| after the round trip (linear, under D65), "
+                 "bend (rms second difference at 10 nm), range",
+                 ["method", "mean", "largest", "over 0.001", "bend", "lowest", "highest", "leave 0…1",
+                  "pass 0.99"], rows)
+
+
+def shares(gamut: Gamut) -> tuple[list[str], np.ndarray]:
+    """Names of the sets of spectra, the chips last, and what part of each is within ±5, 10, 20 %
+    (n_readings, n_sets, n_models, 3)."""
+    every = {**gamut.methods, f"{len(gamut.chips.names):,} measured chips": gamut.chips}
+    table = [[within(gamut.ratios(spectra, model)) for model in MODELS] for spectra in every.values()]
+    return list(every), np.moveaxis(np.array(table), 2, 0)
+
+
+def share_tables(gamut: Gamut) -> list[Table]:
+    """One table for each reading: what part of the colours and chips is within ±5, 10, 20 %."""
+    names, table = shares(gamut)
+    return [Table(f"{gamut.place.title}, {reading}: per cent within ±5 / 10 / 20 %", ["spectra", *MODELS],
+                  [[name, *map(_percent, row)] for name, row in zip(names, table[k], strict=True)])
+            for k, reading in enumerate(gamut.place.readings)]
+
+
+def _percent(parts: np.ndarray) -> str:
+    return " / ".join(f"{100 * part:.1f}" for part in parts)
+
+
+def named_at() -> list[int]:
+    """Where the primaries and complements are in the cube."""
+    return [int(np.flatnonzero(np.isclose(cube(), colour).all(axis=1))[0]) for colour in NAMED.values()]
+
+
+def named_ratios(gamut: Gamut, model: str) -> dict[str, np.ndarray]:
+    """Ratios of the primaries and complements at 0.9 (n_readings, 6), by method."""
+    at = named_at()
+    return {name: gamut.ratios(spectra, model)[:, at] for name, spectra in gamut.methods.items()}
+
+
+def named_tables(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None) -> list[Table]:
+    """The primaries and complements: spectral over RGB, and between which limits it must lie."""
+    ratios = named_ratios(gamut, "rgb")
+    filtered = named_ratios(gamut, "prefiltered")["munsell-eigen"]
+    at, tables = named_at(), []
+    for k in gamut.place.shown:
+        reading, rows = gamut.place.readings[k], []
+        for i, name in enumerate(NAMED):
+            row = [f"{name} {NAMED[name]}"] + [_ratio(ratios[method][k, i]) for method in METHODS]
+            row.append(_ratio(filtered[k, i]))
+            if limits is not None:
+                row.append(f"{limits[0][k, at[i]]:.3f} … {limits[1][k, at[i]]:.3f}")
+            rows.append(row)
+        columns = ["colour", *METHODS, "munsell-eigen / prefiltered"]
+        tables.append(Table(f"{gamut.place.title}, {reading}: spectral / RGB",
+                            columns + ([] if limits is None else [f"any spectrum ≤ {CEILING:g}"]), rows))
+    return tables
+
+
+def _ratio(value: float) -> str:
+    return f"{value:.3f}" if np.isfinite(value) else "no limit"
+
+
+def bounds_table(gamut: Gamut) -> Table:
+    """How many colours RGB is right for, or wrong for, whatever their spectrum."""
+    rows = []
+    for ceiling in CEILINGS:
+        low, high = bounds(gamut.place, cube(), ceiling)
+        for k, reading in enumerate(gamut.place.readings):
+            counts = np.bincount(classify(low[k], high[k]), minlength=len(CLASSES))
+            rows.append([f"{reading}, ρ ≤ {ceiling:g}", *map(str, counts), f"{low[k].min():.3f}",
+                         f"{high[k].max():.2f}"])
+    return Table("Whatever the spectrum: how many of 1,000 colours are within ±20 %, and the extreme ratios",
+                 ["reading, spectra", *CLASSES, "lowest", "highest"], rows)
+
+
+def chips_table(gamut: Gamut) -> Table:
+    """The measured paints that RGB gets most wrong, by the worse of the readings shown."""
+    ratios = {model: gamut.ratios(gamut.chips, model) for model in ("rgb", "prefiltered")}
+    shown = list(gamut.place.shown)
+    wrong = np.abs(np.log(np.maximum(ratios["rgb"][shown], 1e-9))).max(axis=0)
+    order = np.argsort(-wrong, kind="stable")[:WORST]
+    columns = ["chip", "linear BT.709", *(f"{gamut.place.readings[k]}{said}" for said in ("", ", prefiltered")
+                                          for k in shown)]
+    rows = [[gamut.chips.names[i], " ".join(f"{x:.3f}" for x in gamut.chips.rgb[i]),
+             *(_ratio(ratios[m][k, i]) for m in ("rgb", "prefiltered") for k in shown)] for i in order]
+    inside = (np.abs(ratios["rgb"] - 1) <= 0.2).sum(axis=1)
+    return Table(f"{gamut.place.title}: {' / '.join(map(str, inside))} of {len(gamut.chips.names)} chips are "
+                 f"within ±20 % of their RGB; the {WORST} worst, spectral / RGB", columns, rows)
+
+
+def lamp_tables() -> list[Table]:
+    """What prefiltering removes under several lamps, by itself and with sharpened primaries."""
+    names, nm, reflectance = munsell_chips()
+    rgb = cube()
+    eigen = munsell_eigen(rgb)
+    rows: tuple[list, list] = ([], [])
+    for lamp in LAMPS:
+        errors = {}
+        for key, primaries in (("filtered", XYZ_TO_BT709), ("sharpened", XYZ_TO_SHARP)):
+            place = sumpner(illuminant(lamp, "lamp"), primaries)
+            chips = spectra_in(place, names, nm, reflectance)
+            colours = spectra_in(place, names, *eigen, rgb)
+            gamut = Gamut(place, {}, chips)
+            for of, model in ((key, "prefiltered"), ("rgb", "rgb")):
+                errors[of] = [np.abs(gamut.ratios(spectra, model) - 1) for spectra in (chips, colours)]
+        for k, table in enumerate(rows):
+            of = ("rgb", "filtered", "sharpened")
+            table.append([lamp, *(f"{errors[m][0][k].mean():.2%}" for m in of),
+                          *(f"{errors[m][0][k].max():.0%}" for m in of),
+                          *(f"{(errors[m][1][k] <= 0.2).mean():.1%}" for m in of)])
+    columns = ["lamp", "mean error: RGB", "prefiltered", "and sharpened", "largest: RGB", "prefiltered",
+               "and sharpened", "colours within ±20 %: RGB", "prefiltered", "and sharpened"]
+    return [Table(f"Several lamps, infinite room, {reading}: 1,269 chips, and 1,000 colours by munsell-eigen",
+                  columns, table)
+            for reading, table in zip(("total illuminance", "surface luminance"), rows, strict=True)]

@@ -1,0 +1,170 @@
+"""One spectrum shown: what it is taken for, published values, and how it refuses."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from exact import ORACLES
+
+import renderer
+from renderer.colour.lamps import illuminants
+from renderer.colour.munsell import differences, munsell_chip, parsed
+from renderer.colour.tables import munsell_chips
+from renderer.studies.spectrum import lamp_record, record_of, reflectance_record, resolve
+
+WHITES = {"A": (0.44758, 0.40745), "D65": (0.31272, 0.32903), "FL2": (0.3721, 0.3751),
+          "FL11": (0.3805, 0.3769)}
+"""CIE 15:2018, tables 11 to 13: chromaticity of the illuminants, CIE 1931."""
+
+
+@pytest.mark.parametrize("text", ["0.2", "1", "0"])
+def test_a_flat_reflectance_is_itself_everywhere(text):
+    record = reflectance_record(resolve(text, False))
+    rho = float(text)
+    assert record["luminous_reflectance"] == pytest.approx({"D65": rho, "A": rho}, abs=1e-12)
+    assert record["rgb"] == pytest.approx([rho] * 3, abs=1e-12)
+    assert record["reflectance"]["flat"] == pytest.approx([rho] * 31, abs=1e-12)
+
+
+def test_a_chip_is_nearest_to_itself():
+    record = reflectance_record(resolve("7.5R 4/12", False))
+    first, second = record["nearest_chips"][:2]
+    assert first["chip"] == "7.5R 4/12"
+    assert first["delta_e_2000"] == pytest.approx(0, abs=1e-6)
+    assert first["rms"] == pytest.approx(0, abs=1e-12)
+    assert second["delta_e_2000"] > 0.5
+
+
+def test_a_red_reflects_more_of_the_light_of_a_filament():
+    luminous = reflectance_record(resolve("5R 4/14", False))["luminous_reflectance"]
+    assert luminous["A"] > 1.3 * luminous["D65"]
+
+
+def test_a_colour_is_shown_by_every_way_to_a_spectrum():
+    shown = resolve("0.5,0.1,0.1", False)
+    assert list(shown.curves) == ["munsell-eigen", "jakob-2019", "mallett-2019", "otsu-2018", "smits-1999"]
+    record = record_of(shown)
+    assert record["rgb"] == pytest.approx([0.5, 0.1, 0.1], abs=1e-5)
+    assert record["in_gamut"]
+    assert record["srgb"] == "#bc5959"  # 255 · (1.055 · 0.5^(1/2.4) − 0.055) = 187.5; 0.1 gives 89.1
+
+
+def test_srgb_comes_back():
+    assert record_of(resolve("#a03020", False))["srgb"] == "#a03020"
+
+
+@pytest.mark.parametrize("name", WHITES)
+def test_illuminants_have_their_published_chromaticity(name):
+    # FL tables are at 5 nm and integrated at 1 nm between them here: 5e-4.
+    assert lamp_record(resolve(name, False))["xy"] == pytest.approx(WHITES[name], abs=5e-4)
+
+
+def test_fl2_renders_as_published():
+    record, expected = lamp_record(resolve("FL2", False)), ORACLES["colour"]["FL2"]
+    assert record["cct_K"] == pytest.approx(expected["cct_K_ohno2013"], rel=1e-3)
+    assert record["duv"] == pytest.approx(expected["duv"], abs=2e-4)
+    assert record["cri_ra"] == pytest.approx(expected["CRI_Ra"], abs=0.2)
+    assert record["tm30_rf"] == pytest.approx(expected["TM30_Rf"], abs=0.2)
+
+
+def test_a_black_body_renders_perfectly():
+    record = lamp_record(resolve("3000K", False))
+    assert record["cri_ra"] == pytest.approx(100, abs=0.1)
+    assert record["cct_K"] == pytest.approx(3000, rel=1e-3)
+
+
+def test_every_cie_illuminant_is_a_lamp():
+    import colour
+
+    assert len(illuminants()) == sum(not name.startswith("ISO") for name in colour.SDS_ILLUMINANTS) >= 50
+    for name in illuminants():
+        shown = resolve(name, False)
+        assert shown.lamp
+        values = shown.curves["tabulated"].values
+        assert np.isfinite(values).all()
+        assert values.max() > 0
+
+
+@pytest.mark.parametrize(("notation", "place"), [
+    ("5R 4/14", (5, 4, 14)), ("10RP 5/12", (0, 5, 12)), ("0R 5/12", (0, 5, 12)),
+    ("2.5 pb 3/ 4", (72.5, 3, 4)),
+    ("N 5/", (0, 5, 0)), ("5X 4/14", None), ("red", None)])
+def test_notations_are_read(notation, place):
+    assert parsed(notation) == place
+
+
+def test_distance_goes_round_the_hue_circle():
+    names = munsell_chips()[0]
+    far = differences((1.0, 5.0, 10.0))  # 1R: between 10RP and 2.5R
+    hues = {names[k].split()[0] for k in np.argsort(far)[:2]}
+    assert hues == {"10RP", "2.5R"}
+
+
+@pytest.mark.parametrize(("notation", "nearest"), [("5R 4/13", "5R 4/12, 5R 4/14"), ("6R 4/14", "5R 4/14"),
+                                                   ("5G 5.2/8", "5G 5/8")])
+def test_an_unknown_notation_names_the_nearest_chips(notation, nearest):
+    with pytest.raises(renderer.InputError, match=f"Nearest: {nearest}"):
+        munsell_chip(notation, "here")
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("1.2", "from 0 to 1"), ("nan", "from 0 to 1"), ("0.1,0.2", "three"), ("#12", "hexadecimal"),
+    ("nofile.csv", "not a file"), ("500K", "1000 to 25000"), ("FL99", "FL9"), ("5R 4/13", "5R 4/12")])
+def test_what_is_no_spectrum_is_refused(text, words):
+    with pytest.raises(renderer.InputError, match=words):
+        resolve(text, False)
+
+
+@pytest.mark.parametrize(("content", "words"), [
+    ("400,0.1\n700,inf\n", "not a finite"), ("400,0.1\n", "at least 2"),
+    ("400,0.1\n390,0.2\n700,0.1\n", "sort"), ("400,0.1\n700,45\n", "add --lamp"),
+    ("450,0.1\n700,0.2\n", "420 to 680"), ("400,0.1\n700,x\n", "line 2")])
+def test_a_bad_file_is_one_sentence(tmp_path, content, words):
+    (tmp_path / "paint.csv").write_text(content)
+    with pytest.raises(renderer.InputError) as refusal:
+        resolve(str(tmp_path / "paint.csv"), False)
+    assert words in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_file_keeps_its_end_values_as_a_paint_and_is_dark_outside_as_a_lamp(tmp_path):
+    path = tmp_path / "short.csv"
+    path.write_text("420,0.2\n680,0.6\n")
+    paint = record_of(resolve(str(path), False))["reflectance"]["measured"]
+    assert paint[0] == pytest.approx(0.2)
+    assert paint[-1] == pytest.approx(0.6)
+    lamp = record_of(resolve(str(path), True))["power_W_per_1000_lm"]
+    assert lamp[0] == lamp[-1] == 0
+    assert lamp[15] > 0
+
+
+def test_ies_tm_27_files_are_read(tmp_path):
+    import colour
+
+    source = colour.SDS_ILLUMINANTS["FL2"]
+    for name, values in (("lamp", source.values), ("paint", source.values / source.values.max())):
+        file = colour.SpectralDistribution_IESTM2714(str(tmp_path / f"{name}.spdx"), data=values,
+                                                     domain=source.wavelengths)
+        file.header.description, file.spectral_quantity = name, "relative"
+        assert file.write()
+    lamp = resolve(str(tmp_path / "lamp.spdx"), True)
+    assert record_of(lamp)["xy"] == pytest.approx(record_of(resolve("FL2", False))["xy"], abs=1e-9)
+    paint = resolve(str(tmp_path / "paint.spdx"), False)
+    np.testing.assert_allclose(paint.curves["measured"].values, source.values / source.values.max())
+    with pytest.raises(renderer.InputError, match="add --lamp"):
+        resolve(str(tmp_path / "lamp.spdx"), False)
+
+
+def test_the_command_writes_a_chart_and_the_bands(run, tmp_path):
+    done = run("spectrum", "5R 4/14", "--json", "--out", "here", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    with (tmp_path / "here" / "spectrum_5R-4-14.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(r["wavelength_nm"]) for r in rows] == record["wavelength_nm"] == list(range(400, 701, 10))
+    assert [float(r["measured"]) for r in rows] == pytest.approx(record["reflectance"]["measured"], rel=1e-5)
+    assert (tmp_path / "here" / "spectrum_5R-4-14.png").stat().st_size > 5000
+    wrong = run("spectrum", "5R 4/13", cwd=tmp_path)
+    assert wrong.returncode == 2
+    assert len(wrong.stderr.strip().splitlines()) == 1
