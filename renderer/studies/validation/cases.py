@@ -63,7 +63,7 @@ def markdown(cases: list[Case]) -> str:
         source = "; ".join(dict.fromkeys(case.source for case in rows if case.source))
         lines += ["", f"**{group}.**" + (f" {source}." if source else ""), "",
                   "| " + " | ".join(COLUMNS) + " |", "|---" * len(COLUMNS) + "|"]
-        lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in case.cells()) + " |" for case in rows]
+        lines += ["| " + " | ".join(case.cells()).replace("\n", " ") + " |" for case in rows]
     return "\n".join(lines[1:]) + "\n"
 
 
@@ -97,4 +97,12 @@ def box_room(folder: Path, rest: str = PANEL, size=(4, 4, 3), rho: float = 0.5, 
 
 def meter(*position: float, normal=(0, 0, 1)) -> str:
     """A [[photometers]] table."""
-    return f"\n[[photometers]]\nposition = {list(map(float, position))}\nnormal = {list(map(float, normal))}\n"
+    place, facing = ([float(x) for x in vector] for vector in (position, normal))
+    return f"\n[[photometers]]\nposition = {place}\nnormal = {facing}\n"
+
+
+def solid(shape: str, position, size, material: str = "paint", rotation: float = 0.0) -> str:
+    """An [[objects]] table."""
+    place, extents = ([float(x) for x in vector] for vector in (position, size))
+    return (f'\n[[objects]]\nshape = "{shape}"\nposition = {place}\nsize = {extents}\n'
+            f'material = "{material}"\nrotation = {float(rotation)}\n')

@@ -55,8 +55,8 @@ def colorimetry() -> list[Case]:
                              source="chromaticity at 1 nm"))
     fl2 = ORACLES["colour"]["FL2"]
     cct, duv = colour_temperature(chromaticity(band_flux(illuminant("FL2", ""), 1.0, bands, ""), bands))
-    rows.append(Case("Colorimetry", "FL2", "CCT", fl2["cct_K_ohno2013"], cct, 0.005 * fl2["cct_K_ohno2013"], "K",
-                     "Ohno 2013"))
+    kelvin = fl2["cct_K_ohno2013"]
+    rows.append(Case("Colorimetry", "FL2", "CCT", kelvin, cct, 0.005 * kelvin, "K", "Ohno 2013"))
     rows.append(Case("Colorimetry", "FL2", "Duv", fl2["duv"], duv, 5e-4, source="Ohno 2013"))
     for name, expected in ORACLES["alpha_opic"]["melanopic_daylight_efficacy_ratio"].items():
         got = melanopic_edi(band_flux(illuminant(name, ""), 1.0, bands, ""), bands)

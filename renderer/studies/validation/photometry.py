@@ -8,7 +8,7 @@ import trimesh
 
 from renderer.readings.photometer import make_meter
 from renderer.solution import Rooms, Solution, solve
-from renderer.studies.validation.cases import PANEL, Case, box_room
+from renderer.studies.validation.cases import PANEL, Case, box_room, solid
 from renderer.transport.contour import exchange_areas, polygon_factors
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import compute_transport
@@ -98,7 +98,8 @@ def _lit_floor(folder: Path) -> list[Case]:
     """5.6: a floor that is lit evenly. Its light is set; the meter is the one that users read."""
     solution = solve(box_room(folder, POINT, rho=0.3), "rgb")
     case = CIE["5.6"]
-    rows = [("wall, z", z, e, (2, 0, z), (0, 1, 0)) for z, e in zip(case["wall_z"], case["wall"], strict=True)]
+    rows = [("wall, z", z, e, (2, 0, z), (0, 1, 0))
+            for z, e in zip(case["wall_z"], case["wall"], strict=True)]
     rows += [("ceiling, y", y, e, (2, y, 3), (0, 0, -1))
              for y, e in zip(case["ceiling_y"], case["ceiling"], strict=True)]
     return [_case("5.6", f"{where} = {at:g} m", "of the floor's exitance", expected,
@@ -108,11 +109,11 @@ def _lit_floor(folder: Path) -> list[Case]:
 
 def _lit_wall(folder: Path) -> list[Case]:
     """5.7: a wall lit evenly, a black box before it."""
-    box = ('\n[[objects]]\nname = "box"\nshape = "box"\nposition = [0, 2.5, 0]\nsize = [4, 0.2, 1]\n'
-           'material = "black"\n')
+    box = solid("box", (0, 2.5, 0), (4, 0.2, 1), "black")
     solution = solve(box_room(folder, POINT + box, rho=0.6), "rgb")
     case = CIE["5.7"]
-    rows = [("wall, z", z, e, (2, 0, z), (0, 1, 0)) for z, e in zip(case["wall_z"], case["wall"], strict=True)]
+    rows = [("wall, z", z, e, (2, 0, z), (0, 1, 0))
+            for z, e in zip(case["wall_z"], case["wall"], strict=True)]
     rows += [("floor, y", y, e, (2, y, 0), UP) for y, e in zip(case["floor_y"], case["floor"], strict=True)]
     return [_case("5.7", f"{where} = {at:g} m", "of the wall's exitance", expected,
                   100 * _from_surface(solution, "wall_y1", position, normal), "%")
@@ -123,8 +124,8 @@ def _from_surface(solution: Solution, name: str, position, normal) -> float:
     """What a meter receives of a surface that sends 1 from everywhere, and nothing else does."""
     mesh, index = solution.transport.mesh, solution.scene.surfaces.index(name)
     meter = make_meter(solution.transport, np.array(position, dtype=float), np.array(normal, dtype=float), "")
-    sent = ((mesh.vertex_surface == index)[:, None].astype(float), (mesh.surface == index)[:, None].astype(float))
-    return float(np.mean([sensor.indirect_radiosity(*sent).sum() for sensor in meter.sensors]))
+    vertices, patches = ((of == index)[:, None].astype(float) for of in (mesh.vertex_surface, mesh.surface))
+    return float(np.mean([sensor.indirect_radiosity(vertices, patches).sum() for sensor in meter.sensors]))
 
 
 def _mean_indirect(folder: Path) -> list[Case]:
@@ -132,15 +133,15 @@ def _mean_indirect(folder: Path) -> list[Case]:
     for rho in case["rho"]:
         solution = solve(box_room(folder, POINT, (4, 4, 4), float(rho)), "rgb", 0.05)
         areas = solution.transport.exchange.areas
-        mean = areas @ (solution.irradiance - solution.direct_irradiance) @ solution.bands.luminous / areas.sum()
-        rows.append(_case("5.8", f"ρ = {rho:g}", "mean indirect", 10000 / 96 * rho / (1 - rho), mean, "lx"))
+        indirect = (solution.irradiance - solution.direct_irradiance) @ solution.bands.luminous
+        rows.append(_case("5.8", f"ρ = {rho:g}", "mean indirect", 10000 / 96 * rho / (1 - rho),
+                          areas @ indirect / areas.sum(), "lx"))
     return rows
 
 
 def closed_rooms(folder: Path) -> list[Case]:
     """Mean illuminance Φ/(S(1 − ρ)) and energy balance, whatever the shape and what stands in it."""
-    crate = '\n[[objects]]\nshape = "box"\nposition = [0.5, 1, 0]\nsize = [1.2, 0.7, 1.5]\nmaterial = "paint"\n'
-    ball = '\n[[objects]]\nshape = "sphere"\nposition = [1, 1, 0.5]\nsize = [0.8, 0.8, 0.8]\nmaterial = "paint"\n'
+    crate, ball = solid("box", (0.5, 1, 0), (1.2, 0.7, 1.5)), solid("sphere", (1, 1, 0.5), (0.8, 0.8, 0.8))
     bend = "outline = [[0,0],[5,0],[5,3],[3,3],[3,6],[0,6]]\nheight = 3"
     rooms = {"box": ("", ""), "box with a crate": (crate, ""), "box with a ball": (ball, ""),
              "L-shaped": ("", bend)}
@@ -213,7 +214,7 @@ def _above_middle(width: float) -> float:
 
 def furnace(folder: Path) -> list[Case]:
     """White furnace: where every surface sends 1 − ρ of its own, each receives 1."""
-    crate = '\n[[objects]]\nshape = "box"\nposition = [0.5, 1, 0]\nsize = [1.2, 0.7, 1.5]\nmaterial = "paint"\n'
+    crate = solid("box", (0.5, 1, 0), (1.2, 0.7, 1.5))
     rows = []
     for name, objects in (("empty", ""), ("with a crate", crate)):
         transport = compute_transport(box_room(folder, PANEL + objects), 0.5, 256 if objects else 0, 0)
