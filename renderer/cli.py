@@ -299,21 +299,49 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
 
 
 @app.command
-def peers(*, output: Output | None = None) -> None:
-    """The same rooms in Mitsuba 3 and Radiance, readings side by side with everyone's error bars."""
-    from renderer.files import output_folder, whole_file
-    from renderer.studies.peers import agreement
+def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
+             peers: Annotated[bool, Parameter(negative="")] = False, output: Output | None = None) -> None:
+    """Published cases, closed forms and laws, through the code that users run; exit code 1 where one fails.
+
+    Parameters
+    ----------
+    extremes
+        Instead: reflectances of 0 and 1, a millimetre and ten kilometres, foreign geometry.
+    peers
+        Instead: the same rooms in Mitsuba 3 and Radiance (install renderer[peers]), error bars side by side.
+    """
+    from renderer.files import output_folder
+    from renderer.studies.validation import run
+    from renderer.studies.validation.cases import COLUMNS
 
     output = output or Output()
     out = output_folder(output.out)
-    with _progress(output.quiet) as progress:
+    if peers:
+        _peers(out, output.quiet)
+    if extremes or not peers:
+        with _progress(output.quiet) as progress:
+            cases = run.cases_of(run.EXTREMES if extremes else run.ORACLES, progress)
+            files = run.save(cases, out, "stability" if extremes else "validation")
+        for group in dict.fromkeys(case.group for case in cases):
+            _show(group, list(COLUMNS), [case.cells() for case in cases if case.group == group])
+        failed = [case for case in cases if not case.passes]
+        print(f"{len(cases) - len(failed)} of {len(cases)} cases pass")
+        _list_files(files, out)
+        if failed:
+            _leave(f"{len(failed)} of {len(cases)} cases fail, the first: {failed[0].case}, "
+                   f"{failed[0].quantity}.", 1)
+
+
+def _peers(out: Path, quiet: bool) -> None:
+    from renderer.studies.peers import agreement
+
+    with _progress(quiet) as progress:
         found = agreement.compare_with_peers(agreement.rooms(), progress)
-        with whole_file(out / "peers.json") as part:
-            part.write_text(json.dumps(agreement.record(found), indent=1, allow_nan=False))
+        files = agreement.save(found, out)
     _show("Illuminance [lx] with 95 % half-widths", agreement.columns(found), agreement.cells(found))
     for sentence in found.skipped:
         _say(sentence)
-    _list_files([out / "peers.json"], out)
+    _list_files(files, out)
     if found.failed:
         _leave(f"{len(found.failed)} of {len(found.rows)} readings differ from a peer's by more than 0.5 % "
                "and by more than both error bars and chance allow.", 1)

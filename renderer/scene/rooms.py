@@ -181,8 +181,10 @@ def outside(points: np.ndarray, shell: np.ndarray, slack: float) -> np.ndarray:
 
 def nearest(point: np.ndarray, shell: np.ndarray) -> tuple[float, int]:
     """Distance [m] from a point (3,) to a surface (m, 3, 3), and the triangle it is nearest to."""
-    on = trimesh.triangles.closest_point(shell - point, np.zeros((len(shell), 3)))
-    distance = np.linalg.norm(on, axis=1)
+    apart = shell - point
+    size = np.abs(apart).max()  # trimesh's tolerances are lengths of their own: a room of 1 mm needs this
+    on = trimesh.triangles.closest_point(apart / size, np.zeros((len(shell), 3)))
+    distance = np.linalg.norm(on, axis=1) * size
     return float(distance.min()), int(distance.argmin())
 
 

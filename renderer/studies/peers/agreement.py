@@ -1,5 +1,6 @@
 """The same rooms in this program and its peers, readings side by side with everyone's error bars."""
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -8,6 +9,7 @@ from math import floor, hypot, log10
 from pathlib import Path
 
 from renderer.colour.materials import Material
+from renderer.files import whole_file
 from renderer.scene.reading import Scene, load
 from renderer.solution import Progress, Rooms, solve
 from renderer.studies.peers import mitsuba3, radiance
@@ -130,6 +132,16 @@ def record(agreement: Agreement) -> dict:
                        for name, peer in row.peers.items()}} for row in agreement.rows]
     versions = {package: version(package) for package in ("mitsuba", "pyradiance") if find_spec(package)}
     return {"rows": rows, "skipped": agreement.skipped, "versions": versions}
+
+
+def save(agreement: Agreement, out: Path) -> list[Path]:
+    """peers.json, and peers.md with the table that docs show."""
+    files = [out / "peers.json", out / "peers.md"]
+    with whole_file(files[0]) as part:
+        part.write_text(json.dumps(record(agreement), indent=1, allow_nan=False))
+    with whole_file(files[1]) as part:
+        part.write_text(markdown(agreement))
+    return files
 
 
 def _ran(agreement: Agreement) -> list[str]:

@@ -35,7 +35,7 @@ class Case:
     def passes(self) -> bool:
         """The verdict."""
         if self.error is not None:
-            return abs(self.error) <= self.tolerance
+            return bool(abs(self.error) <= self.tolerance)
         return isinstance(self.expected, str) and isinstance(self.got, str) and self.expected in self.got
 
     def record(self) -> dict:

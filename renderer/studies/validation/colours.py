@@ -1,5 +1,7 @@
 """Spectra and what is read from them: Planck, the D series, colour temperature, the body clock."""
 
+from pathlib import Path
+
 import numpy as np
 from scipy import constants
 
@@ -11,7 +13,7 @@ from renderer.studies.validation.cases import Case
 from renderer.studies.validation.photometry import ORACLES
 
 
-def planck() -> list[Case]:
+def planck(_folder: Path) -> list[Case]:
     """Black bodies against Planck's law with the constants of the SI."""
     rows = []
     c2 = constants.h * constants.c / constants.k
@@ -25,7 +27,7 @@ def planck() -> list[Case]:
     return rows
 
 
-def daylight() -> list[Case]:
+def daylight(_folder: Path) -> list[Case]:
     """The D series at 6504 K against the tabulated D65."""
     nm, table = d65()
     lamp = correlated(6504.0)
@@ -39,7 +41,7 @@ def daylight() -> list[Case]:
     return rows
 
 
-def colorimetry() -> list[Case]:
+def colorimetry(_folder: Path) -> list[Case]:
     """Lumens, chromaticity, colour temperature and melanopic light of lamps in 31 bands."""
     bands, rows = band_set("31"), []
     for name in ("D65", "A", "FL2", "FL11", "LED-B3"):

@@ -28,7 +28,7 @@ flux = 10000
 """
 
 
-def form_factors() -> list[Case]:
+def form_factors(_folder: Path) -> list[Case]:
     """Rectangles and points against Howell's closed forms."""
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
     wall = np.array([[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]], dtype=float)

@@ -1,0 +1,38 @@
+"""Every case of validation, run and written down."""
+
+import json
+import tempfile
+from pathlib import Path
+
+from renderer.files import whole_file
+from renderer.solution import Progress
+from renderer.studies.validation import colours, extremes, photometry
+from renderer.studies.validation.cases import Case, markdown
+
+ORACLES = (photometry.form_factors, photometry.cie_171, photometry.closed_rooms, photometry.sphere,
+           photometry.planes, photometry.furnace, colours.planck, colours.daylight, colours.colorimetry)
+
+EXTREMES = (extremes.reflectances, extremes.sizes, extremes.lamps_and_meters, extremes.objects,
+            extremes.meshes_and_spectra, extremes.single_precision)
+
+
+def cases_of(studies, progress: Progress = lambda step: None) -> list[Case]:
+    """The cases of some studies, each given an empty folder for its scene files."""
+    found = []
+    for study in studies:
+        progress(f"validation: {study.__name__.replace('_', ' ')}")
+        with tempfile.TemporaryDirectory() as folder:
+            found += study(Path(folder))
+    return found
+
+
+def save(cases: list[Case], out: Path, stem: str) -> list[Path]:
+    """`stem`.json, and `stem`.md with the tables that docs show."""
+    files = [out / f"{stem}.json", out / f"{stem}.md"]
+    passed = sum(case.passes for case in cases)
+    record = {"cases": [case.record() for case in cases], "passed": passed, "failed": len(cases) - passed}
+    with whole_file(files[0]) as part:
+        part.write_text(json.dumps(record, indent=1, allow_nan=False))
+    with whole_file(files[1]) as part:
+        part.write_text(f"{passed} of {len(cases)} cases pass.\n\n{markdown(cases)}")
+    return files
