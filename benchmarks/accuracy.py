@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import renderer
-from renderer.readings.photometer import direct_reading, indirect_sensor, place
+from renderer.readings.photometer import make_meter
 from renderer.transport import mesh as meshing
 from renderer.transport.contour import point_factors
 from renderer.transport.solve import radiosity
@@ -40,32 +40,29 @@ SPOTS = {"floor centre": (2.0, 2.0, 0.0), "corner": (0.01, 0.01, 0.0)}
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def read(scene, size: float, rays: int = 0, collocation: bool = False, seed: int = 0) -> np.ndarray:
-    """Total illuminance [lx] (ρ, spots), and the seconds it took."""
+def read(scene, size: float, rays: int = 0, collocation: bool = False, seed: int = 0) -> tuple:
+    """Total illuminance [lx] (ρ, spots), patches, and the seconds it took."""
     started = time.perf_counter()
     transport = compute_transport(scene, size, rays, seed)
-    lumens = scene.luminaires[0].lumens
+    mesh, lumens = transport.mesh, scene.luminaires[0].lumens
+    meters = [make_meter(transport, np.array(spot), UP, "here") for spot in SPOTS.values()]
     table = np.zeros((len(RHOS), len(SPOTS)))
-    sensors = []
-    for spot in SPOTS.values():
-        at = place(transport, np.array(spot), UP, "here")
-        sensors.append((direct_reading(transport, at, 0)[0] * lumens,
-                        indirect_sensor(transport, at, 0)))
-    mesh = transport.mesh
     for row, rho in enumerate(RHOS):
         reflectance = np.where(transport.reflecting, rho, 0.0)[:, None]
         direct = transport.direct * lumens
         if collocation:
             factors = point_factors(mesh.centroid, mesh.normal, mesh)
             light = np.linalg.solve(np.eye(len(factors)) - reflectance * factors, reflectance * direct)
+            means = reflectance * (factors @ light)
         else:
             light = radiosity(transport.exchange, reflectance, direct)
+            means = reflectance * transport.exchange.irradiance(light)
         vertex = rho * (transport.to_vertices[0] @ light)
-        surfaces = np.full((transport.n_surfaces, 1), rho)
-        surfaces[-1] = 0.0
-        for column, (straight, sensor) in enumerate(sensors):
-            once = sensor.direct_radiosity(surfaces, np.array([[lumens]]))
-            table[row, column] = straight + once[0, 0] + sensor.indirect_radiosity(vertex)[0, 0]
+        surfaces = np.where(np.arange(transport.n_surfaces) < transport.n_surfaces - 1, rho, 0.0)[:, None]
+        for column, meter in enumerate(meters):
+            table[row, column] = (meter.direct.mean(axis=0) * lumens).sum() + np.mean([
+                (sensor.direct_radiosity(surfaces, np.array([[lumens]]))
+                 + sensor.indirect_radiosity(vertex, means)).sum() for sensor in meter.sensors])
     return table, len(mesh.patches), time.perf_counter() - started
 
 
@@ -87,10 +84,11 @@ def main() -> None:
         scene = renderer.load(path)
         reference = read(scene, 0.11)[0]
         show("patch size", [(f"{h:g} m", read(scene, h)) for h in (1, 0.5, 0.25)])
-        halved = np.array([read(scene, h)[0][:, 0] for h in (0.5, 0.25, 0.125)])
-        steps = np.abs(np.diff(halved, axis=0))
-        print("\nobserved order at the floor's centre, h = 0.5, 0.25, 0.125 m:",
-              np.round(np.log2(steps[0] / steps[1]), 2))
+        halved = np.array([read(scene, h)[0] for h in (0.5, 0.25, 0.125)])
+        for name, readings in zip(SPOTS, np.moveaxis(halved, 2, 0), strict=True):
+            steps = np.abs(np.diff(readings, axis=0))
+            print(f"\nobserved order, {name}, h = 0.5, 0.25, 0.125 m, ρ = 0.2, 0.5, 0.9:",
+                  np.round(np.log2(steps[0] / steps[1]), 2))
         show("patch middles alone, not balanced", [
             (f"{h:g} m", read(scene, h, collocation=True)) for h in (1, 0.5, 0.25)])
         graded, meshing.GRADING = meshing.GRADING, 0.0

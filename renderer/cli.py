@@ -19,10 +19,10 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           "measures the difference.", version_flags=["--version"], help_format="plaintext",
           suppress_keyboard_interrupt=False)
 
-LEAK = 0.05
-"""Closure error past which a run warns."""
+LEAK, UNEQUAL, UNBALANCED = 0.05, 0.5, 1e-6
+"""Errors of closure, reciprocity and energy balance past which a run warns."""
 NOT_REACHED = ("warning: {scene}: the reading {name!r} is {total:.4g} ± {got:.2g} lx, not the ± {asked:.2%} "
-               "asked; give a smaller --accuracy.")
+               "asked, as finely as {why}.")
 
 
 def _accuracy(_type, tokens) -> float:
@@ -115,13 +115,15 @@ def _show(title: str, columns: list[str], rows: list[list[str]]) -> None:
 
 
 def _warn(solution, readings: list, asked: float) -> None:
-    """Say on stderr what a run did not reach."""
+    """Say on stderr what a run did not reach, and where its laws do not hold."""
+    fixed = solution.scene.solver.patch_size
+    why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
     from renderer.report import escaped
 
     for r in readings:
         if r.uncertainty > asked * r.total_lx:
             _say(NOT_REACHED.format(scene=solution.scene.title, name=r.name, asked=asked,
-                                    total=r.total_lx, got=r.uncertainty))
+                                    total=r.total_lx, got=r.uncertainty, why=why))
     for hole in escaped(solution):
         at = ", ".join(f"{x:.4g}" for x in hole["middle"])
         _say(f"warning: {solution.scene.title}: the room is open: {hole['escaping_lm']:.4g} lm escape "
@@ -132,6 +134,26 @@ def _warn(solution, readings: list, asked: float) -> None:
         surface = solution.scene.surfaces[mesh.surface[exchange.worst_patch]]
         _say(f"warning: {solution.scene.title}: {exchange.closure_error:.1%} of the light from a patch of "
              f"{surface!r} meets no surface's front; is something there open or overlapping?")
+    if exchange.reciprocity_error > UNEQUAL:
+        first, second = (solution.scene.surfaces[k] for k in exchange.worst_pair)
+        _say(f"warning: {solution.scene.title}: the form factors between {first!r} and {second!r} differ by "
+             f"{exchange.reciprocity_error:.0%} of what the smaller sends, before they are balanced; "
+             "their patches are long for their distance. Give a smaller solver.patch_size.")
+    if solution.energy_balance_error > UNBALANCED:
+        surface = solution.scene.surfaces[mesh.surface[solution.worst_patch]]
+        _say(f"warning: {solution.scene.title}: {solution.energy_balance_error:.1e} of the light is neither "
+             f"absorbed nor left, most of it at {surface!r}; is its reflectance nearly 1?")
+
+
+def _warn_before(scene, accuracy: float | None) -> None:
+    """Say on stderr, before the work, what it cannot promise."""
+    from renderer.plan import make_plan
+
+    asked = accuracy or scene.solver.accuracy
+    promise = make_plan(scene, asked, scene.solver.patch_size).promise
+    if asked < promise and not scene.solver.patch_size:
+        _say(f"warning: {scene.title}: an accuracy of {asked:.2%} cannot be promised for every reading here; "
+             f"{promise:.2%} can. The error bars will say what was reached.")
 
 
 def _laws(solutions: list) -> None:
@@ -172,6 +194,8 @@ def compare(*scenes: str, solving: Solving | None = None, output: Output | None 
     if solving.bands is not None:
         raise InputError("--bands has no place in compare, which shows all band sets. Remove it.")
     loaded = [load(s) for s in scenes or ("grey_room", "red_room", "saturated_red_room")]
+    for scene in loaded:
+        _warn_before(scene, solving.accuracy)
     out = output_folder(output.out)
     with _progress(output.quiet) as progress:
         cases = solve_all(loaded, solving.accuracy, solving.seed, progress)
@@ -255,9 +279,9 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     json_
         Print one JSON object instead of a table.
     """
+    from renderer.accuracy import solve_and_read
     from renderer.report import solution_record
     from renderer.scene.reading import load
-    from renderer.solution import solve
 
     started = time.perf_counter()
     solving, output = (solving or Solving()).checked(), output or Output()
@@ -269,14 +293,13 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
         raise InputError(f"--normal is {normal!r} but --at is not given; give both, or neither for the "
                          "scene's own photometers.")
     normal = normal or "0,0,1"
-    spot = None if at is None else (_vector("--at", at), _vector("--normal", normal))
-    if spot is not None and max(map(abs, spot[1])) < 1e-9:
+    spots = None if at is None else [(_vector("--at", at), _vector("--normal", normal), f"at {at}")]
+    if spots is not None and max(map(abs, spots[0][1])) < 1e-9:
         raise InputError(f"--normal is {normal!r}, which has no length; give a direction: 0,0,1.")
+    _warn_before(loaded, solving.accuracy)
     with _progress(output.quiet) as progress:
-        solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)
-        progress(f"{loaded.title}: readings")
-        readings = (solution.photometers() if spot is None
-                    else [solution.photometer(*spot, name=f"at {at}")])
+        solution, readings = solve_and_read(loaded, solving.bands, solving.accuracy, solving.seed,
+                                            progress=progress, spots=spots)
         asked = solving.accuracy or loaded.solver.accuracy
         record = solution_record(solution, readings, asked, time.perf_counter() - started)
     _warn(solution, readings, asked)
@@ -287,14 +310,14 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     for r in record["readings"]:
         lux = r["illuminance_lx"]
         rows.append([r["name"], *(f"{lux[k]:.2f}" for k in ("direct", "indirect", "total")),
-                     f"± {lux['uncertainty']:.2g}",
+                     f"± {lux['uncertainty']:.2g}", f"{r['errors_lx']['bands']:.2g}",
                      "–" if r["xy"] is None else "{:.4f}, {:.4f}".format(*r["xy"]),
                      "–" if r["cct_K"] is None else f"{r['cct_K']:.0f}",
                      "–" if r["duv"] is None else f"{r['duv']:+.4f}",
                      "–" if r["melanopic_edi_lx"] is None else f"{r['melanopic_edi_lx']:.1f}"])
     _show(f"{record['scene']}, {record['bands']} bands, {record['patches']} patches: illuminance",
-          ["photometer", "direct lx", "indirect lx", "total lx", "95 % lx", "x, y", "CCT K", "Duv",
-           "melanopic EDI lx"], rows)
+          ["photometer", "direct lx", "indirect lx", "total lx", "95 % lx", "bands lx", "x, y", "CCT K",
+           "Duv", "melanopic EDI lx"], rows)
     _laws([solution])
 
 

@@ -17,6 +17,15 @@ MAX_PATCHES = 150_000
 """Above the first, a dense operator outgrows 1.2 GB, so rays are cast even in an empty room;
 above the second, the sparse one outgrows 8 GB."""
 RAYS_AT_1_PERCENT = 1024
+PROMISE, PROMISE_WITH_RAYS = 0.001, 0.002
+"""What memory allows at a point 1 cm from a corner at ρ = 0.9, and under a table: the hardest places
+tried (docs/tradeoff.md); most readings are several times better."""
+WORTHWHILE = 1.2
+"""Patches shorter by less are not worth another solve."""
+MAX_RAYS = 80_000_000
+"""Of a whole room: their patches are counted in one array."""
+FINE_ENOUGH = 0.7
+"""Share of the error asked that mesh and sampling may each have: in quadrature they make 1."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +44,26 @@ class Plan:
     def times(self, factor: float) -> "Plan":
         """The same with patches so many times as long: how far the answer moves tells the mesh error."""
         return replace(self, patch_size=factor * self.patch_size)
+
+    def finer(self, patches: int, mesh: float, sampling: float) -> "Plan | None":
+        """A plan for errors that many times smaller (above 1), within what memory holds; None if none is.
+
+        patches : how many the plan made; mesh, sampling : error over what was asked
+        """
+        limit = MAX_PATCHES if self.rays else MAX_PATCHES_DENSE
+        shorter = min(2.0, np.sqrt(limit / patches)) if mesh > FINE_ENOUGH else 1.0
+        shorter = shorter if shorter > WORTHWHILE else 1.0
+        rays = self.rays
+        while sampling > FINE_ENOUGH and 4 * rays * patches * shorter**2 <= MAX_RAYS:
+            rays, sampling = 4 * rays, sampling / 2
+        if shorter == 1 and rays == self.rays:
+            return None
+        return replace(self, patch_size=self.patch_size / float(shorter), rays=rays)
+
+    @property
+    def promise(self) -> float:
+        """Smallest accuracy that readings may be asked for, before anything is computed [1]."""
+        return PROMISE_WITH_RAYS if self.rays else PROMISE
 
 
 def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:

@@ -30,6 +30,8 @@ def reading_record(reading: Reading) -> dict:
         "normal": [float(x) for x in reading.normal],
         "illuminance_lx": {"direct": reading.direct_lx, "indirect": reading.indirect_lx,
                            "total": reading.total_lx, "uncertainty": reading.uncertainty},
+        "errors_lx": {"mesh": reading.mesh_error, "sampling": reading.sampling_error,
+                      "bands": reading.band_error},
         "xy": None if xy is None else list(xy), "cct_K": cct, "duv": duv,
         "melanopic_edi_lx": melanopic_edi(reading.total, bands),
         "spectrum": spectrum,

@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from renderer.colour.bands import BandSet, band_set
+from renderer.colour.bands import BandSet, band_set, narrow_bands
 from renderer.plan import Plan, make_plan
 from renderer.readings.photometer import Meter, luminance_sensor, make_meter
-from renderer.readings.uncertainty import half_width
+from renderer.readings.uncertainty import half_widths
 from renderer.scene.reading import Scene
 from renderer.transport.form_factors import Exchange
 from renderer.transport.solve import radiosity
@@ -28,7 +28,8 @@ COARSER = 1.5
 class Reading:
     """What a photometer shows; by band (n_bands,) [W m⁻² per band; lx-weighted in RGB].
 
-    uncertainty : 95 % half-width of the total illuminance [lx]: mesh and sampling together
+    mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
+    band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
     """
 
     name: str
@@ -37,7 +38,14 @@ class Reading:
     direct: np.ndarray
     indirect: np.ndarray
     bands: BandSet
-    uncertainty: float
+    mesh_error: float
+    sampling_error: float
+    band_error: float
+
+    @property
+    def uncertainty(self) -> float:
+        """95 % half-width of the total illuminance [lx]: mesh and sampling together."""
+        return float(np.hypot(self.mesh_error, self.sampling_error))
 
     @property
     def total(self) -> np.ndarray:
@@ -85,6 +93,7 @@ class Solution:
     sample : which independent part of the rays this is solved with; None for all of them
     bands_solved : how many distinct systems of equations that took
     energy_balance_error : largest |absorbed − emitted| / emitted over the bands
+    worst_patch : where the equation is solved least well
     """
 
     scene: Scene
@@ -98,6 +107,7 @@ class Solution:
     sample: int | None
     bands_solved: int
     energy_balance_error: float
+    worst_patch: int
     seconds: float
 
     @property
@@ -136,7 +146,7 @@ class Solution:
         meter = make_meter(self.transport, position, facing, where)
         direct, indirect = self.read(meter)
         return Reading(name, position, normal, direct, indirect.sum(axis=0), self.bands,
-                       self._half_width(meter, position, facing, where))
+                       *self._errors(meter, position, facing, where))
 
     def photometers(self) -> list[Reading]:
         """Read the scene's own photometers."""
@@ -169,13 +179,23 @@ class Solution:
         direct, indirect = self.read(meter)
         return np.vstack([direct, indirect]) @ self.bands.luminous
 
-    def _half_width(self, meter: Meter, position, normal, where) -> float:
-        """95 % half-width of a reading [lx]; estimated in RGB, which costs little."""
+    def _errors(self, meter: Meter, position, normal, where) -> tuple[float, float, float]:
+        """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
+        last on the coarser mesh, likewise."""
         fine, samples, other = self._family
         at_other = make_meter(other.transport, position, normal, where)
-        return half_width(fine.read_lx(meter), other.read_lx(at_other),
-                          np.array([sample.read_lx(meter) for sample in samples]),
-                          other.plan.patch_size / self.plan.patch_size)
+        mesh, sampling = half_widths(fine.read_lx(meter), other.read_lx(at_other),
+                                     np.array([sample.read_lx(meter) for sample in samples]),
+                                     other.plan.patch_size / self.plan.patch_size)
+        these, narrow = (solution.read_lx(at_other).sum() for solution in self._by_bands)
+        return mesh, sampling, float(abs(these - narrow))
+
+    @cached_property
+    def _by_bands(self) -> tuple["Solution", "Solution"]:
+        """This scene on the other mesh, in these bands and in narrow ones."""
+        other = self._family[2]
+        return tuple(solve_on(self.scene, bands, other.plan, self.rooms, other.transport)
+                     for bands in (self.bands, narrow_bands()))
 
     @cached_property
     def _family(self) -> tuple["Solution", list["Solution"], "Solution"]:
@@ -197,7 +217,7 @@ class Solution:
 
 def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
           seed: int | None = None, rooms: Rooms | None = None,
-          progress: Progress = lambda step: None) -> Solution:
+          progress: Progress = lambda step: None, plan: Plan | None = None) -> Solution:
     """Solve a scene; what is not given here is taken from its [solver] table.
 
     bands : "rgb", "rgb-prefiltered" or "31"; accuracy : of readings [1], what mesh and rays are chosen for;
@@ -208,7 +228,7 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
     accuracy = accuracy or settings.accuracy
     seed = settings.seed if seed is None else seed
     rooms = rooms or Rooms()
-    plan = make_plan(scene, accuracy, settings.patch_size)
+    plan = plan or make_plan(scene, accuracy, settings.patch_size)
     transport = rooms.transport(scene, plan, seed, progress)
     progress(f"{scene.title}: interreflections, {bands or settings.bands} bands")
     return solve_on(scene, scene.band_set(bands or settings.bands), plan, rooms, transport)
@@ -225,9 +245,9 @@ def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: 
     on_patches = reflectance[transport.mesh.surface]
     solved = radiosity(exchange, on_patches[:, first], direct @ flux[:, first])
     patches = solved[:, index] * scale
-    balance = _energy_balance(exchange, on_patches, direct @ flux, patches, flux)
+    balance, worst = _energy_balance(exchange, on_patches, direct @ flux, patches, flux)
     return Solution(scene, bands, plan, rooms, transport, reflectance, flux, patches, sample,
-                    len(first), balance, time.perf_counter() - started)
+                    len(first), balance, worst, time.perf_counter() - started)
 
 
 def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
@@ -244,8 +264,10 @@ def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
     return first, index, np.where(base > 0, total / np.where(base > 0, base, 1.0), 0.0)
 
 
-def _energy_balance(exchange, reflectance, direct, radiosity_, flux) -> float:
+def _energy_balance(exchange, reflectance, direct, radiosity_, flux) -> tuple[float, int]:
     received = direct + exchange.irradiance(radiosity_)
     absorbed = exchange.areas @ ((1 - reflectance) * received)
     emitted = flux.sum(axis=0)
-    return float((np.abs(absorbed - emitted) / np.where(emitted > 0, emitted, 1.0)).max(initial=0.0))
+    left = exchange.areas[:, None] * np.abs(reflectance * received - radiosity_)
+    worst = int(left.sum(axis=1).argmax())
+    return float((np.abs(absorbed - emitted) / np.where(emitted > 0, emitted, 1.0)).max(initial=0.0)), worst

@@ -3,7 +3,6 @@
 import colour
 import numpy as np
 import pytest
-from exact import ORACLES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,7 +21,7 @@ from renderer.colour.munsell import munsell_chip
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import d65, munsell_chips, munsell_eigenvectors
 from renderer.colour.upsampling import munsell_eigen
-from renderer.readings.colorimetry import chromaticity, colour_temperature, melanopic_edi
+from renderer.readings.colorimetry import chromaticity, colour_temperature
 
 RGB, SPECTRAL = band_set("rgb"), band_set("31")
 
@@ -90,23 +89,6 @@ def test_a_black_body_has_its_temperature():
     assert abs(duv) < 1e-3
     tabled = band_flux(illuminant("A", "test"), 1000.0, SPECTRAL, "test")
     np.testing.assert_allclose(flux, tabled, rtol=2e-3)
-
-
-@pytest.mark.parametrize(("name", "expected"), sorted(
-    ORACLES["alpha_opic"]["melanopic_daylight_efficacy_ratio"].items()))
-def test_melanopic_daylight_efficacy_ratios(name, expected):
-    flux = band_flux(illuminant(name, "test"), 1.0, SPECTRAL, "test")
-    # Bands average the action spectrum evenly; narrow lines beside its flank (FL11) cost most. Point
-    # samples would misstate FL11 by 6.3 % (measured beforehand), which this would catch.
-    assert melanopic_edi(flux, SPECTRAL) == pytest.approx(expected, rel=0.01)
-
-
-def test_fl2_has_its_published_temperature():
-    expected = ORACLES["colour"]["FL2"]
-    flux = band_flux(illuminant("FL2", "test"), 1.0, SPECTRAL, "test")
-    cct, duv = colour_temperature(chromaticity(flux, SPECTRAL))
-    assert cct == pytest.approx(expected["cct_K_ohno2013"], rel=0.005)
-    assert duv == pytest.approx(expected["duv"], abs=0.001)
 
 
 def test_the_red_is_what_it_is_said_to_be():

@@ -69,7 +69,7 @@ def test_photometer_prints_the_contracts_object(run, folder):
     assert set(record) == {"scene", "bands", "accuracy", "patches", "readings", "closure_error",
                            "reciprocity_error", "energy_balance_error", "rays", "bands_solved", "seconds"}
     reading = record["readings"][0]
-    assert set(reading) == {"name", "position", "normal", "illuminance_lx", "xy", "cct_K", "duv",
+    assert set(reading) == {"name", "position", "normal", "illuminance_lx", "errors_lx", "xy", "cct_K", "duv",
                             "melanopic_edi_lx", "spectrum"}
     assert set(reading["illuminance_lx"]) == {"direct", "indirect", "total", "uncertainty"}
     assert record["bands"] == "31"

@@ -7,7 +7,7 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "renderer"
 ORDER = ["errors", "files", "colour", "scene", "transport", "plan", "readings",
-         "solution", "report", "pictures", "studies", "cli"]
+         "solution", "accuracy", "report", "pictures", "studies", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
 
 

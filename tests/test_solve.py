@@ -77,5 +77,7 @@ def test_the_error_falls_faster_than_the_patch_size(room):
     # Differences between successive halvings fall as 2^order. The error bar is the last difference,
     # which covers what is left as long as the order is 1 or more: so even in the corner at 0.9.
     assert (order > 1).all(), order
-    # In the open the light is smooth, and patches that send their mean converge at nearly second order.
-    assert (order[0] > 1.4).all(), order
+    # Graded toward edges, the corner converges at nearly second order although light has an infinite
+    # slope there; in the open, 5e-5 is left at 0.25 m, where the meter's own elements tell.
+    assert (order[1] > 1.5).all(), order
+    assert (steps[1, 0] < 1e-4 * readings[2, 0]).all(), steps

@@ -84,6 +84,13 @@ def band_set(name: str) -> BandSet:
     return BandSet("31", edges, K_M * band_average(*cie_1931(), edges))
 
 
+@cache
+def narrow_bands() -> BandSet:
+    """Bands of 2 nm over all that is tabulated, 360–830 nm: what other band sets are held against."""
+    edges = np.arange(360.0, 831.0, 2.0)
+    return BandSet("2 nm", edges, K_M * band_average(*cie_1931(), edges))
+
+
 def prefiltered(light: np.ndarray, primaries: np.ndarray = XYZ_TO_SHARP) -> BandSet:
     """Three bands made for a room's own light (471,), relative power at 360–830 nm, 1 nm.
 

@@ -11,8 +11,10 @@ ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
 
 
-def half_width(fine: np.ndarray, other: np.ndarray, samples: np.ndarray, ratio: float) -> float:
-    """95 % half-width [lx] of a reading, from what the lamps and each surface send to it [lx].
+def half_widths(fine: np.ndarray, other: np.ndarray, samples: np.ndarray,
+                ratio: float) -> tuple[float, float]:
+    """95 % half-widths [lx] of a reading, by mesh and by sampling, from what the lamps and each surface
+    send to it [lx].
 
     fine, other : (1 + n_surfaces,) on the mesh that is read, and on one whose patches are `ratio`
         times as long: twice, or, where they cannot be longer, a half to an eighth
@@ -29,4 +31,4 @@ def half_width(fine: np.ndarray, other: np.ndarray, samples: np.ndarray, ratio: 
     sampling = 0.0
     if len(samples) > 1:
         sampling = STUDENT * samples.sum(axis=1).std(ddof=1) / np.sqrt(len(samples))
-    return float(np.hypot(mesh, sampling) + ROUNDING * fine.sum())
+    return float(mesh + ROUNDING * fine.sum()), float(sampling)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from renderer.accuracy import solve_and_read
 from renderer.colour.bands import BAND_SETS
 from renderer.files import whole_file
 from renderer.pictures.camera import View, look
@@ -20,7 +21,7 @@ from renderer.pictures.sheet import Column, save_sheet
 from renderer.pictures.three_d import save_view, save_vtp
 from renderer.report import solution_record
 from renderer.scene.reading import Scene
-from renderer.solution import Progress, Reading, Rooms, Solution, solve
+from renderer.solution import Progress, Reading, Rooms, Solution
 
 CSV_COLUMNS = ("room", "bands", "photometer", "direct_lx", "indirect_lx", "total_lx",
                "ratio_to_first_room")
@@ -44,8 +45,7 @@ def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None,
     for scene, stem in zip(scenes, _stems(scenes), strict=True):
         for bands in BAND_SETS:
             started = time.perf_counter()
-            solution = solve(scene, bands, accuracy, seed, rooms, progress)
-            readings = solution.photometers()
+            solution, readings = solve_and_read(scene, bands, accuracy, seed, rooms, progress)
             if scene is scenes[0]:
                 first[bands] = {r.name: r.total_lx for r in readings}
             base = [first[bands].get(r.name) for r in readings]

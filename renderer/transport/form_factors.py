@@ -39,6 +39,7 @@ class Exchange:
     closure_error : max |Σ_j F_ij − 1|, before balancing
     reciprocity_error : max |S_ab − S_ba| between two surfaces, of the smaller area, before balancing
     worst_patch : where the closure error is largest
+    worst_pair : the two surfaces with the largest reciprocity error
     replicas : the same from independent parts of the rays; none where no ray was cast
     """
 
@@ -47,6 +48,7 @@ class Exchange:
     closure_error: float
     reciprocity_error: float
     worst_patch: int
+    worst_pair: tuple[int, int] = (0, 0)
     replicas: tuple["Exchange", ...] = ()
 
     def irradiance(self, radiosity: np.ndarray) -> np.ndarray:
@@ -64,7 +66,7 @@ def contour_exchange(mesh: Mesh) -> Exchange:
     factors = point_factors(mesh.centroid, mesh.normal, mesh)
     closure = np.abs(factors.sum(axis=1) - 1)
     matrix = mesh.area[:, None] * factors
-    reciprocity = _reciprocity(matrix, mesh.surface, mesh.area)
+    reciprocity, pair = _reciprocity(matrix, mesh.surface, mesh.area)
     matrix = (matrix + matrix.T) / 2
     size = np.sqrt(mesh.area)
     first, second = _near_pairs(mesh.centroid, size)
@@ -73,7 +75,7 @@ def contour_exchange(mesh: Mesh) -> Exchange:
     exact = exchange_areas(mesh.corners[first], mesh.corners[second])
     matrix[first, second] = matrix[second, first] = exact
     return Exchange(mesh.area, _balance(matrix, mesh.area), float(closure.max()),
-                    reciprocity, int(closure.argmax()))
+                    reciprocity, int(closure.argmax()), pair)
 
 
 def _near_pairs(centroid: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -145,22 +147,23 @@ def _count(mesh: Mesh, hits: np.ndarray, buried: np.ndarray, replicas: tuple) ->
     keep = alive[column]
     raw = sparse.coo_array((share[row[keep]], (row[keep], column[keep])), shape=(n, n)).tocsr()
     matrix = ((raw + raw.T) / 2).tocsr()
-    reciprocity = _reciprocity(raw, mesh.surface, areas)
+    reciprocity, pair = _reciprocity(raw, mesh.surface, areas)
     if matrix.nnz > DENSE * n * n:
         matrix = matrix.toarray()
     return Exchange(areas, _balance(matrix, areas), float(np.abs(closure).max()), reciprocity,
-                    int(np.abs(closure).argmax()), replicas)
+                    int(np.abs(closure).argmax()), pair, replicas)
 
 
-def _reciprocity(matrix, surface: np.ndarray, areas: np.ndarray) -> float:
-    """Largest |S_ab − S_ba| between two surfaces, relative to the smaller one's area."""
+def _reciprocity(matrix, surface: np.ndarray, areas: np.ndarray) -> tuple[float, tuple[int, int]]:
+    """Largest |S_ab − S_ba| between two surfaces, relative to the smaller one's area; and those two."""
     n = surface.max() + 1
     member = sparse.csr_array((np.ones(len(surface)), (surface, np.arange(len(surface)))))
     between = member @ (member @ matrix).T
     between = between.toarray() if sparse.issparse(between) else between
     area = np.bincount(surface, areas, n)
     smaller = np.minimum(area[:, None], area)
-    return float((np.abs(between - between.T) / np.where(smaller > 0, smaller, np.inf)).max())
+    apart = np.abs(between - between.T) / np.where(smaller > 0, smaller, np.inf)
+    return float(apart.max()), tuple(int(k) for k in np.unravel_index(apart.argmax(), apart.shape))
 
 
 def _balance(matrix, areas: np.ndarray):

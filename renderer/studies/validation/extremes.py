@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from renderer.colour.bands import band_set
 from renderer.errors import InputError, SolveError
+from renderer.plan import Plan
 from renderer.readings.photometer import make_meter
 from renderer.scene.reading import Scene
-from renderer.solution import Reading, Solution, solve
+from renderer.solution import Reading, Rooms, Solution, solve, solve_on
 from renderer.studies.validation.cases import PANEL, Case, box_room, meter, solid
 from renderer.studies.validation.photometry import BALANCE_AIM, POINT, UP
 from renderer.transport.transport import compute_transport
@@ -256,28 +258,17 @@ def meshes_and_spectra(folder: Path) -> list[Case]:
 
 
 def single_precision(folder: Path) -> list[Case]:
-    """What float32, which rays are cast in, does to a reading: scaled rooms round differently."""
+    """What the single precision of rays does to a reading: scaled rooms round differently."""
     rows, readings = [], []
     for k in (1.0, 1.1, 1.2, 1.3, 1.4, 1.5):
         crate = solid("box", np.multiply((0.5, 1, 0), k), np.multiply((1.2, 0.7, 1.5), k), rotation=20)
         scene = box_room(folder, _scaled(k) + crate, np.multiply((4, 4, 3), k))
         transport = compute_transport(scene, 0.4 * k, 1024, 0)
         at = make_meter(transport, np.multiply((1.5, 2.2, 0), k), np.array(UP), "")
-        light = solve(scene, "rgb", rooms=_Given(transport))
+        light = solve_on(scene, band_set("rgb"), Plan(0.4 * k, 1024, ()), Rooms(), transport)
         readings.append(light.read_lx(at).sum() * k**2)
     for k, reading in zip((1.1, 1.2, 1.3, 1.4, 1.5), readings[1:], strict=True):
-        rows.append(Case("Single precision", f"the same rays in a room {k:g} times as large", "total × scale²",
+        rows.append(Case("Single precision", f"the same rays, {k:g} times as large", "total × scale²",
                          readings[0], reading, 1e-4 * readings[0], "lx",
                          "the same random numbers; what differs is the rounding of rays"))
     return rows
-
-
-class _Given:
-    """Rooms whose transport is computed already."""
-
-    def __init__(self, transport):
-        self.given = transport
-
-    def transport(self, *_args) -> object:
-        """What was given."""
-        return self.given
