@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow clean
+.PHONY: compare test lint slow docs clean
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -16,6 +16,11 @@ slow: $(VENV)/tested
 
 lint: $(VENV)/tested
 	$(BIN)/ruff check .
+
+docs: $(VENV)/installed
+	$(BIN)/renderer validate --quiet > /dev/null
+	$(BIN)/renderer validate --extremes --quiet > /dev/null
+	$(BIN)/python docs/insert.py
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
