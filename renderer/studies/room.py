@@ -81,9 +81,17 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     ends = np.cumsum([len(tried) * len(b.xyz) for b in bands.values()])
     blocks = {name: block.reshape(len(values), len(tried), -1).transpose(0, 2, 1)  # reading, band, tried
               for name, block in zip(bands, np.split(values, ends[:-1], axis=1), strict=True)}
+    for block in blocks.values():
+        block[-1] /= tried  # a surface's luminance is in proportion to its reflectance: black has none
     curves = {name: Interpolated(nodes, block[..., :POINTS]) for name, block in blocks.items()}
     names = (*(f"illuminance, {p.name}" for p in scene.photometers), f"luminance, {material}")
-    room = Place(scene.title, bands, shares, names, lambda name, rho: curves[name](rho))
+
+    def gains(name: str, rho: np.ndarray) -> np.ndarray:
+        read = curves[name](rho)
+        read[-1] *= rho
+        return read
+
+    room = Place(scene.title, bands, shares, names, gains)
     return room, max(_error(curves[name], block[..., POINTS:]) for name, block in blocks.items())
 
 
