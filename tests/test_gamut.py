@@ -178,7 +178,7 @@ def silent(_step):
 
 
 def test_a_closed_room_of_one_paint_has_its_mean_luminance(room):
-    scene = room(0.5, luminaires=[POINT], photometers=[METER], solver={"accuracy": 0.05})
+    scene = room(0.5, luminaires=[POINT], photometers=[METER], solver={"patch_size": 0.8})
     place, error = painted_room(scene, "paint", None, None, silent)
     assert error < 1e-6
     rho = np.array([0.0, 0.05, 0.4, 0.77, 0.98])
@@ -194,7 +194,7 @@ def test_a_painted_room_reads_what_solving_it_reads(room, faces):
     crate = {"shape": "box", "position": [0.5, 0.5, 0], "size": [1, 1, 1],
              "material": "oak" if faces else "paint"}
     parts = {"luminaires": [POINT, {**POINT, "center": [3, 3, 2], "spectrum": "A"}], "objects": [crate],
-             "photometers": [METER], "solver": {"accuracy": 0.1}, "faces": faces}
+             "photometers": [METER], "solver": {"patch_size": 0.8}, "faces": faces}
     scene = room(0.5, materials={"oak": {"munsell": "7.5YR 6/6"}}, **parts)
     place, error = painted_room(scene, painted_material(scene, "paint"), None, None, silent)
     assert error < 1e-6
@@ -209,7 +209,7 @@ def test_a_painted_room_reads_what_solving_it_reads(room, faces):
 def test_a_black_surface_has_no_luminance_and_one_that_only_a_laser_lights_no_rgb(room, tmp_path):
     (tmp_path / "laser.csv").write_text("649,0\n650,1\n651,0\n")
     scene = room(0.5, luminaires=[{**POINT, "spectrum": "laser.csv"}], photometers=[METER],
-                 solver={"accuracy": 0.1})
+                 solver={"patch_size": 0.8})
     place, _ = painted_room(scene, "paint", None, None, silent)
     for model, n in (("rgb", 3), ("prefiltered", 3), ("31", 31)):
         assert place.read(model, np.zeros((1, n)))[-1, 0] == 0
@@ -254,7 +254,7 @@ def test_the_command_writes_the_stated_table(here, tmp_path):
 
 
 def test_a_room_of_the_users_own(room, here, tmp_path):
-    scene = room({"munsell": "5R 4/14"}, photometers=[METER], solver={"accuracy": 0.1})
+    scene = room({"munsell": "5R 4/14"}, photometers=[METER], solver={"patch_size": 0.8})
     done = here("gamut", scene.path, "--quiet", "--out", "here", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "'paint' takes the colours" in done.stdout

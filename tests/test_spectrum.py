@@ -110,7 +110,8 @@ def test_an_unknown_notation_names_the_nearest_chips(notation, nearest):
 
 @pytest.mark.parametrize(("text", "words"), [
     ("1.2", "from 0 to 1"), ("nan", "from 0 to 1"), ("0.1,0.2", "three"), ("#12", "hexadecimal"),
-    ("nofile.csv", "not a file"), ("500K", "1000 to 25000"), ("FL99", "FL9"), ("5R 4/13", "5R 4/12")])
+    ("nofile.csv", "not a file"), ("500K", "1000 to 25000"), ("FL99", "FL9"), ("5R 4/13", "5R 4/12"),
+    ("x" * 400, "must be a Munsell chip"), ("x" * 400 + ".csv", "not a file")])
 def test_what_is_no_spectrum_is_refused(text, words):
     with pytest.raises(renderer.InputError, match=words):
         resolve(text, False)
@@ -168,6 +169,11 @@ def test_an_ies_tm_27_file_of_another_quantity_is_refused(tmp_path, quantity, la
         resolve(str(path), lamp)
     if quantity != "transmittance":
         assert resolve(str(path), not lamp).lamp is not lamp
+
+
+def test_a_short_srgb_code_in_a_scene_is_refused_in_words(room):
+    with pytest.raises(renderer.InputError, match="six hexadecimal digits"):
+        room({"srgb": "#fff"})
 
 
 def test_a_header_may_follow_remarks_but_be_one_line(tmp_path):

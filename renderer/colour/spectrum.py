@@ -1,6 +1,7 @@
 """A spectrum as samples, and the files it is read from."""
 
 from dataclasses import dataclass
+from os.path import isfile
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ def read_spectrum(path: Path, where: str, kind: str) -> Spectrum:
 
     `where` names the scene file and key for the message; kind : one of KINDS. Raises InputError.
     """
-    if not path.is_file():
+    if not isfile(path):  # also of a name too long to be one
         raise InputError(f"{where}: there is no file {str(path)!r}; paths are relative to the "
                          "scene file. Mend the path.")
     if path.suffix.lower() == ".spdx":

@@ -4,6 +4,7 @@ import csv
 import re
 import warnings
 from dataclasses import dataclass
+from os.path import isfile
 from pathlib import Path
 
 import numpy as np
@@ -45,8 +46,8 @@ def resolve(text: str, lamp: bool) -> Shown:
     lamp : a file is a lamp's spectral power; else a reflectance.
     """
     text = text.strip()
-    if Path(text).suffix.lower() in (".csv", ".spdx") or Path(text).is_file():
-        if not Path(text).is_file():
+    if Path(text).suffix.lower() in (".csv", ".spdx") or isfile(text):
+        if not isfile(text):
             raise InputError(f"SPECTRUM is {text!r}, which is not a file. Mend the path.")
         read = read_lamp if lamp else read_reflectance
         try:
