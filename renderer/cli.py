@@ -417,29 +417,26 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
     from renderer.colour.lamps import illuminant
     from renderer.colour.upsampling import cube
     from renderer.files import output_folder
-    from renderer.studies import gamut_tables
-    from renderer.studies.gamut import analyse, bounds, sumpner
+    from renderer.studies.gamut import analyse, largest_ratios, smallest_ratios, sumpner
     from renderer.studies.gamut_files import save_files
+    from renderer.studies.gamut_tables import every_table
 
     solving, output = (solving or Solving()).checked(), output or Output()
     if solving.bands is not None:
         raise InputError("--bands has no place in gamut, which compares all band sets. Remove it.")
     if scene is None and material is not None:
         raise InputError(f"--material is {material!r} but no SCENE is given; give one that has it.")
-    note, tables, limits = "", [gamut_tables.upsampling_table()], None
+    note, limits = "", None
+    out = output_folder(output.out)
     with _progress(output.quiet) as progress:
         if scene is None:
             place = sumpner(illuminant("D65", "lamp"))
-            limits = bounds(place, cube())
+            limits = smallest_ratios(place, cube()), largest_ratios(place, cube())
         else:
             place, note = _painted(scene, material, solving, progress)
-        out = output_folder(output.out)
         progress(f"{place.title}: 1,000 colours and the chips")
         found = analyse(place)
-        tables += gamut_tables.share_tables(found) + gamut_tables.named_tables(found, limits)
-        if scene is None:
-            tables += [gamut_tables.bounds_table(found), *gamut_tables.lamp_tables()]
-        tables.append(gamut_tables.chips_table(found))
+        tables = every_table(found, limits)
         files = save_files(found, limits, out, progress)
     for table in tables:
         _show(table.title, table.columns, table.rows)

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,28 @@ def run():
         environment = {**os.environ, "PYTHONWARNINGS": "error::RuntimeWarning"}
         return subprocess.run([sys.executable, "-m", "renderer", *map(str, arguments)], cwd=cwd,
                               capture_output=True, text=True, env=environment, timeout=170, **options)
+
+    return call
+
+
+@pytest.fixture
+def here(monkeypatch, capsys):
+    """The same within this process, which has imported everything: what a command returns and says."""
+    from renderer.cli import main
+
+    def call(*arguments, cwd):
+        monkeypatch.chdir(cwd)
+        monkeypatch.setattr(sys, "argv", ["renderer", *map(str, arguments)])
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", RuntimeWarning)
+                warnings.filterwarnings("ignore", "Cyclopts", UserWarning)  # that it is being tested
+                main()
+            code = 0
+        except SystemExit as end:
+            code = end.code or 0
+        said = capsys.readouterr()
+        return subprocess.CompletedProcess(arguments, code, said.out, said.err)
 
     return call
 

@@ -5,7 +5,7 @@ import pytest
 
 import renderer
 from renderer.colour.bands import BAND_SETS, XYZ_TO_BT709, band_set, prefiltered
-from renderer.colour.lamps import band_flux, illuminant, mean_light
+from renderer.colour.lamps import band_flux, illuminant, mean_light, power_at_1_nm
 from renderer.colour.materials import Material
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, d65, munsell_chips
@@ -60,6 +60,27 @@ def test_a_laser_keeps_its_lumens_and_every_paint_its_brightness(nm):
     rho = Material("paint", spectrum=half).reflectance(bands)
     assert ((rho >= 0) & (rho <= 1)).all()
     assert bands.luminous @ rho / bands.luminous.sum() == pytest.approx(0.4, abs=1e-6)
+
+
+def test_a_line_between_two_nanometres_keeps_its_flux_in_every_band_set():
+    broad = np.array([400.0, 440, 560, 700])
+    line = np.array([610.3, 610.5, 610.7])
+    nm = np.sort(np.concatenate([broad, line]))
+    lamp = Spectrum(nm, np.where(nm == 610.5, 300.0, 0.0) + np.where(nm == 440, 1.0, 0.0))
+    added = power_at_1_nm(lamp) - power_at_1_nm(Spectrum(nm, np.where(nm == 440, 1.0, 0.0)))
+    assert added.sum() == pytest.approx(60, rel=1e-12)  # half of 0.4 nm times 300
+    assert added @ cie_1931()[0] == pytest.approx(60 * 610.5, rel=1e-12)
+    narrow = Spectrum(np.array([540.3, 540.5, 540.7]), np.array([0.0, 1.0, 0.0]))
+    flux = [band_flux(narrow, 100.0, bands, "test") for bands in
+            (band_set("rgb"), band_set("31"), prefiltered(mean_light([narrow], [1.0])))]
+    assert all(np.isfinite(f).all() for f in flux)
+
+
+def test_what_is_sampled_at_whole_nanometres_stays_as_it_is():
+    for name in LAMPS:
+        lamp = illuminant(name, "test")
+        np.testing.assert_allclose(power_at_1_nm(lamp), np.interp(cie_1931()[0], lamp.nm, lamp.values, 0, 0),
+                                   rtol=1e-12)
 
 
 def test_the_bands_are_made_for_the_mean_of_the_lamps(room):

@@ -110,7 +110,8 @@ def test_an_unknown_notation_names_the_nearest_chips(notation, nearest):
 
 @pytest.mark.parametrize(("text", "words"), [
     ("1.2", "from 0 to 1"), ("nan", "from 0 to 1"), ("0.1,0.2", "three"), ("#12", "hexadecimal"),
-    ("nofile.csv", "not a file"), ("500K", "1000 to 25000"), ("FL99", "FL9"), ("5R 4/13", "5R 4/12")])
+    ("nofile.csv", "not a file"), ("500K", "1000 to 25000"), ("FL99", "FL9"), ("5R 4/13", "5R 4/12"),
+    ("x" * 400, "must be a Munsell chip"), ("x" * 400 + ".csv", "not a file")])
 def test_what_is_no_spectrum_is_refused(text, words):
     with pytest.raises(renderer.InputError, match=words):
         resolve(text, False)
@@ -156,15 +157,43 @@ def test_ies_tm_27_files_are_read(tmp_path):
         resolve(str(tmp_path / "lamp.spdx"), False)
 
 
-def test_the_command_writes_a_chart_and_the_bands(run, tmp_path):
-    done = run("spectrum", "5R 4/14", "--json", "--out", "here", cwd=tmp_path)
+@pytest.mark.parametrize(("quantity", "lamp"), [("transmittance", False), ("flux", False),
+                                                ("reflectance", True), ("transmittance", True)])
+def test_an_ies_tm_27_file_of_another_quantity_is_refused(tmp_path, quantity, lamp):
+    samples = "".join(f'<SpectralData wavelength="{nm}">0.3</SpectralData>' for nm in range(400, 701, 10))
+    path = tmp_path / "it.spdx"
+    path.write_text('<?xml version="1.0"?><IESTM2714 xmlns="http://www.ies.org/iestm2714" version="1.0">'
+                    f"<Header></Header><SpectralDistribution><SpectralQuantity>{quantity}</SpectralQuantity>{samples}"
+                    "</SpectralDistribution></IESTM2714>")
+    with pytest.raises(renderer.InputError, match=quantity):
+        resolve(str(path), lamp)
+    if quantity != "transmittance":
+        assert resolve(str(path), not lamp).lamp is not lamp
+
+
+def test_a_short_srgb_code_in_a_scene_is_refused_in_words(room):
+    with pytest.raises(renderer.InputError, match="six hexadecimal digits"):
+        room({"srgb": "#fff"})
+
+
+def test_a_header_may_follow_remarks_but_be_one_line(tmp_path):
+    path = tmp_path / "paint.csv"
+    path.write_text("# a remark\n\nWavelength (nm);R\n400;0,1\n700;0,3\n")
+    assert resolve(str(path), False).curves["measured"].values.tolist() == [0.1, 0.3]
+    path.write_text("a paint\nwavelength,R\n400,0.1\n700,0.3\n")
+    with pytest.raises(renderer.InputError, match="line 2"):
+        resolve(str(path), False)
+
+
+def test_the_command_writes_a_chart_and_the_bands(here, tmp_path):
+    done = here("spectrum", "5R 4/14", "--json", "--out", "there", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
-    with (tmp_path / "here" / "spectrum_5R-4-14.csv").open() as file:
+    with (tmp_path / "there" / "spectrum_5R-4-14.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [float(r["wavelength_nm"]) for r in rows] == record["wavelength_nm"] == list(range(400, 701, 10))
     assert [float(r["measured"]) for r in rows] == pytest.approx(record["reflectance"]["measured"], rel=1e-5)
-    assert (tmp_path / "here" / "spectrum_5R-4-14.png").stat().st_size > 5000
-    wrong = run("spectrum", "5R 4/13", cwd=tmp_path)
+    assert (tmp_path / "there" / "spectrum_5R-4-14.png").stat().st_size > 5000
+    wrong = here("spectrum", "5R 4/13", cwd=tmp_path)
     assert wrong.returncode == 2
     assert len(wrong.stderr.strip().splitlines()) == 1

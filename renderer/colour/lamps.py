@@ -45,6 +45,28 @@ def correlated(cct: float) -> Spectrum:
     return Spectrum(source.wavelengths, source.values / source.values.max())
 
 
+def power_at_1_nm(spectrum: Spectrum) -> np.ndarray:
+    """Relative power (471,) at 360–830 nm, 1 nm; dark outside the samples.
+
+    A line between two of those wavelengths is divided between them: however narrow, it keeps its flux.
+    """
+    nm, _ = cie_1931()
+    nodes = np.union1d(nm, spectrum.nm[(spectrum.nm > nm[0]) & (spectrum.nm < nm[-1])])
+    steps = np.diff(nodes, prepend=nodes[0] - 1, append=nodes[-1] + 1)
+    power = np.interp(nodes, spectrum.nm, spectrum.values, left=0.0, right=0.0) * (steps[1:] + steps[:-1]) / 2
+    below = np.floor(nodes - nm[0]).astype(int)
+    above = nodes - nm[0] - below
+    return (np.bincount(below, power * (1 - above), len(nm))
+            + np.bincount(below + 1, power * above, len(nm) + 1)[:-1])
+
+
+def dark_outside(spectrum: Spectrum) -> Spectrum:
+    """The same with a dark sample just past each end, so that averages take it for dark there."""
+    dark = 1e-9  # nm
+    nm = np.concatenate([[spectrum.nm[0] - dark], spectrum.nm, [spectrum.nm[-1] + dark]])
+    return Spectrum(nm, np.concatenate([[0.0], spectrum.values, [0.0]]))
+
+
 def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> np.ndarray:
     """Flux of a source in each band (n_bands,), averaged over the band; their lumens are `lumens`.
 
@@ -52,14 +74,11 @@ def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> 
     """
     nm, observer = cie_1931()
     if bands.edges is None:
-        power = np.interp(nm, spectrum.nm, spectrum.values, left=0.0, right=0.0)
-        xyz = power @ observer
+        xyz = power_at_1_nm(spectrum) @ observer
         shares = displayable(np.linalg.lstsq(bands.xyz.T, xyz)[0], xyz[1], weights=bands.luminous)
     else:
-        dark = 1e-9  # nm past its ends
-        samples = np.concatenate([[spectrum.nm[0] - dark], spectrum.nm, [spectrum.nm[-1] + dark]])
-        power = np.concatenate([[0.0], spectrum.values, [0.0]])
-        shares = np.clip(band_average(samples, power, bands.edges) * bands.widths, 0.0, None)
+        ended = dark_outside(spectrum)
+        shares = np.clip(band_average(ended.nm, ended.values, bands.edges) * bands.widths, 0.0, None)
     luminous = bands.luminous @ shares
     if not luminous > 0:
         raise InputError(f"{where}: the source has no light between {nm[0]:g} and {nm[-1]:g} nm "
@@ -69,10 +88,10 @@ def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> 
 
 def mean_light(lamps: list[Spectrum], lumens: list[float]) -> np.ndarray:
     """The lamps' common light (471,), relative power at 360–830 nm, each by its lumens; D65 if none."""
-    nm, observer = cie_1931()
-    light = np.zeros(len(nm))
+    _, observer = cie_1931()
+    light = np.zeros(len(observer))
     for lamp, amount in zip(lamps, lumens, strict=True):
-        power = np.interp(nm, lamp.nm, lamp.values, left=0.0, right=0.0)
+        power = power_at_1_nm(lamp)
         luminous = power @ observer[:, 1]
         light += power * (amount / luminous) if luminous > 0 else 0.0
     return light if light.any() else d65()[1]

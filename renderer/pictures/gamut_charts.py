@@ -6,17 +6,19 @@ import numpy as np
 
 from renderer.colour.bands import LUMINANCE_WEIGHTS
 from renderer.colour.upsampling import cube
-from renderer.files import whole_file
+from renderer.pictures.charts import WITHIN, new_figure, ratio_scale, saved
 from renderer.pictures.image import encode
 from renderer.pictures.sheet import plain
 
-WITHIN = 0.2
 OWN = "own colour"
 AGAINST_RATIO = (("o", OWN, 46, "RGB within ±20 %"), ("v", "#c23b3b", 20, "RGB over 20 % too high"),
                  ("^", "#3565b5", 20, "RGB over 20 % too low"))
-AGAINST_BOUNDS = (("o", OWN, 46, "safe beyond doubt"), ("^", "#7f9fd0", 20, "RGB can only be too low"),
-                  ("v", "#d89090", 20, "RGB can only be too high"), (".", "#909090", 40, "either"),
+AGAINST_BOUNDS = (("o", OWN, 46, "safe beyond doubt"), ("^", "#7f9fd0", 30, "RGB can only be too low"),
+                  ("v", "#d89090", 30, "RGB can only be too high"), (".", "#909090", 60, "either"),
                   ("X", "black", 46, "unsafe beyond doubt"))
+MOST_NAMED = 7
+LINE, WORD = 0.045, 0.12
+"""Height and width of a chip's name, of a chart's."""
 
 
 def against_ratio(ratios: np.ndarray) -> np.ndarray:
@@ -30,9 +32,7 @@ def save_slices(rows: list[tuple[str, np.ndarray]], marks: tuple, title: str, pa
     rows : of a caption and an index into `marks` for each of the 1000 colours, red slowest. A single
     row is broken into two rows of five.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import PatchCollection
-    from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
     single = len(rows) == 1
@@ -41,8 +41,7 @@ def save_slices(rows: list[tuple[str, np.ndarray]], marks: tuple, title: str, pa
     step, lift = 1.12, 1.28 if single else 1.12  # from chart to chart, in reflectance
     inch = cell / step
     width, height = left + across * cell, (0.95 if single else 0.85) + down * lift * inch + 0.72
-    figure = Figure(figsize=(width, height), dpi=100)
-    FigureCanvasAgg(figure)
+    figure = new_figure(width, height)
     # One axes for all charts: a hundred of them would take ten times as long.
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(-left / inch, (width - left) / inch), ylim=((0.95 - height) / inch, 0.95 / inch))
@@ -81,7 +80,7 @@ def save_slices(rows: list[tuple[str, np.ndarray]], marks: tuple, title: str, pa
         axes.text((width / 2 - left) / inch, 0.5 / inch, plain(rows[0][0]), ha="center", va="center",
                   fontsize=10)
     _legend(figure, marks)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def _legend(figure, marks: tuple) -> None:
@@ -101,44 +100,39 @@ def save_chips(panels: list[tuple[str, np.ndarray]], rgb: np.ndarray, names: lis
 
     panels : of a caption and ratios (n,); rgb : (n, 3) linear, for the dots' colours and brightness.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(5.4 * len(panels) + 0.6, 5.2), dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
-    figure.suptitle(plain(title), fontsize=13, weight="bold")
-    lowest = min(0.75, *(float(np.nanmin(ratios)) for _, ratios in panels)) * 0.93
-    highest = max(1.3, *(float(np.nanmax(ratios[np.isfinite(ratios)])) for _, ratios in panels)) * 1.05
+    figure = new_figure(5.4 * len(panels) + 0.6, 5.2, title)
     every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-    for axes, (caption, ratios) in zip(every, panels, strict=True):
-        axes.axhspan(1 - WITHIN, 1 + WITHIN, color="#e9efe6", zorder=0)
-        axes.axhline(1, color="#707070", lw=0.8, zorder=1)
-        bright = rgb @ LUMINANCE_WEIGHTS
-        axes.scatter(bright, ratios, c=encode(rgb) / 255, s=22, edgecolors="#404040", linewidths=0.35,
+    drawn = ratio_scale(every, [ratios for _, ratios in panels], "31 bands / RGB")
+    bright = rgb @ LUMINANCE_WEIGHTS
+    for axes, (caption, ratios), height in zip(every, panels, drawn, strict=True):
+        axes.scatter(bright, height, c=encode(rgb) / 255, s=22, edgecolors="#404040", linewidths=0.35,
                      zorder=2)
-        far = [k for k in np.argsort(-np.abs(np.log(ratios))) if abs(ratios[k] - 1) > WITHIN][:7]
-        line, placed = 0.042 * np.log(highest / lowest), []
-        for k in sorted(far, key=lambda k: ratios[k]):
-            height = np.log(ratios[k])
-            while any(abs(x - bright[k]) < 0.14 and abs(y - height) < line for x, y in placed):
-                height += line / 4  # no label on another
-            placed.append((bright[k], height))
-            axes.annotate(names[k], (bright[k], ratios[k]), (bright[k] - 0.02, np.exp(height)), fontsize=8,
-                          ha="right", va="center", arrowprops={"arrowstyle": "-", "lw": 0.4,
-                                                               "color": "#808080", "shrinkB": 2})
-            highest = max(highest, np.exp(height + line))
-        axes.set_yscale("log")
-        axes.set(xlabel="luminous reflectance", xlim=(0, None))
+        axes.set(xlabel="luminous reflectance", xlim=(0, 1.06 * bright.max()))
         axes.set_title(plain(caption), fontsize=10)
-    ticks = [t for t in (0.1, 0.2, 0.3, 0.5, 0.8, 1, 1.2, 1.5, 2, 3, 5) if lowest <= t <= highest]
-    every[0].set_yticks(ticks, [f"{t:g}" for t in ticks])
-    every[0].minorticks_off()
-    every[0].set_ylim(lowest, highest)
-    every[0].set_ylabel("31 bands / RGB")
-    return _saved(figure, path)
+        far = np.argsort(-np.abs(np.log(height)), kind="stable")[:MOST_NAMED]
+        _name(axes, bright, height, names, [k for k in far if abs(ratios[k] - 1) > WITHIN])
+    return saved(figure, path)
 
 
-def _saved(figure, path: Path) -> Path:
-    with whole_file(path) as part:
-        figure.savefig(part)
-    return path
+def _name(axes, x: np.ndarray, y: np.ndarray, names: list[str], chosen: list[int]) -> None:
+    """Write the names of the chosen points beside them, where fewest points and no names are covered."""
+    low, high = np.log(axes.get_ylim())
+    across, up = x / axes.get_xlim()[1], (np.log(y) - low) / (high - low)  # 0 … 1 in the chart
+    placed: list[tuple[float, float]] = []
+
+    def cost(k: int, left: float, middle: float) -> float:
+        hidden = (np.abs(up - middle) < LINE * 0.6) & (across > left - 0.01) & (across < left + WORD)
+        other = any(abs(middle - m) < LINE and abs(left - x0) < WORD for x0, m in placed)
+        return hidden.sum() + 100 * other + 0.5 * abs(middle - up[k]) / LINE
+
+    for k in sorted(chosen, key=lambda k: y[k]):
+        lowest = 0 if y[k] > 1 and up[k] < 0.85 else -16  # where there is room, names stand outside
+        spots = [(left, up[k] + step * LINE / 2) for step in range(lowest, 17)
+                 for left in (across[k] - WORD - 0.02, across[k] + 0.03)]
+        left, middle = min((s for s in spots if LINE < s[1] < 1 - LINE and 0 < s[0] < 1 - WORD),
+                           key=lambda spot: cost(k, *spot))
+        placed.append((left, middle))
+        right = left < across[k]
+        axes.annotate(names[k], (x[k], y[k]), (left + (WORD if right else 0), middle),
+                      textcoords="axes fraction", fontsize=8, ha="right" if right else "left", va="center",
+                      arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "#808080", "shrinkB": 2})

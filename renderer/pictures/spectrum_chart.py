@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.files import whole_file
+from renderer.pictures.charts import new_figure, saved
 from renderer.pictures.image import encode
 from renderer.pictures.sheet import plain
 
@@ -16,11 +16,7 @@ def save_chart(title: str, caption: str, curves: dict[str, tuple[np.ndarray, np.
     curves : wavelengths [nm] and values by name; edges (n + 1,) [nm] and steps (n,) of the bands;
     rgb : linear colour of a paint, for its swatch; None for a lamp.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.6, 4.6), dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(7.6, 4.6, title, dpi=110)
     axes = figure.subplots()
     several = len(curves) > 1
     shade = "#808080" if rgb is None else encode(rgb) / 255
@@ -30,7 +26,7 @@ def save_chart(title: str, caption: str, curves: dict[str, tuple[np.ndarray, np.
     for k, (name, (nm, values)) in enumerate(curves.items()):
         colour = "black" if not several else f"C{k}"
         axes.plot(nm, values, color=colour, lw=1.6 if k == 0 else 1.2, label=name, zorder=3)
-        if rgb is not None:  # past its samples a reflectance keeps its end values
+        if rgb is not None:  # past its samples a reflectance keeps its end values, dotted
             for end, value, limit in ((nm[0], values[0], 360.0), (nm[-1], values[-1], 780.0)):
                 if (end - limit) * (1 if limit < 500 else -1) > 0:
                     axes.plot([end, limit], [value, value], ":", color=colour, lw=1, zorder=3)
@@ -39,10 +35,7 @@ def save_chart(title: str, caption: str, curves: dict[str, tuple[np.ndarray, np.
     top = max(float(values.max()) for _, values in curves.values())
     axes.set_ylim(0, 1.02 if rgb is not None else 1.05 * top)
     axes.axvspan(360, edges[0], color="#f2f2f2", zorder=0)
-    axes.axvspan(edges[-1], 780, color="#f2f2f2", zorder=0)
+    axes.axvspan(edges[-1], 780, color="#f2f2f2", zorder=0, label="outside the bands")
     axes.legend(fontsize=8.5, frameon=False, loc="best")
-    axes.set_title(plain(title), fontsize=12, weight="bold", pad=20)
-    axes.text(0.5, 1.02, plain(caption), transform=axes.transAxes, ha="center", va="bottom", fontsize=9)
-    with whole_file(path) as part:
-        figure.savefig(part)
-    return path
+    axes.set_title(plain(caption), fontsize=9)
+    return saved(figure, path)

@@ -183,6 +183,8 @@ def _explain(fault: dict, table: dict) -> str:
     hint = ""
     if where[-1:] == ["reflectance"] and isinstance(fault["input"], (int, float)):
         hint = " Divide percentages by 100."
+    if where[-1:] == ["srgb"] and isinstance(fault["input"], str):
+        return f'{key} is {fault["input"]!r}; must be # and six hexadecimal digits, as "#a03020".'
     if fault["input"] == "ies":
         return f"{key} 'ies' is not read by this version; use {LATER['ies']} meanwhile."
     return f"{key} is {fault['input']!r}; {_allowed(said)}.{hint}"

@@ -22,7 +22,7 @@ from renderer.colour.bounds import highest_sum, lowest_sum
 from renderer.colour.lamps import band_flux, mean_light
 from renderer.colour.materials import reflectances_in_three
 from renderer.colour.spectrum import Spectrum
-from renderer.colour.tables import cie_1931, munsell_chips
+from renderer.colour.tables import cie_1931, d65, munsell_chips
 from renderer.colour.upsampling import UPSAMPLING, clipped_eigen, cube
 
 METHODS = {**UPSAMPLING, "eigen-clipped": clipped_eigen}
@@ -152,32 +152,35 @@ def within(ratios: np.ndarray) -> np.ndarray:
     return np.stack([(np.abs(ratios - 1) <= t + 1e-9).mean(axis=-1) for t in TOLERANCES], axis=-1)
 
 
-def folded_functional(edges: np.ndarray) -> np.ndarray:
-    """Weights (3, n_bands) that take reflectances constant in each band to linear BT.709 under D65;
-    the end bands reach on to 360 and 830 nm."""
-    nm, weights = bt709_under_d65()
-    # A wavelength on an edge belongs to both its bands by half.
-    left = np.clip(np.searchsorted(edges, nm, side="left") - 1, 0, len(edges) - 2)
-    right = np.clip(np.searchsorted(edges, nm, side="right") - 1, 0, len(edges) - 2)
-    folded = np.zeros((len(edges) - 1, 3))
-    np.add.at(folded, left, weights / 2)
-    np.add.at(folded, right, weights / 2)
-    return folded.T
+def continuum() -> tuple[np.ndarray, np.ndarray]:
+    """At each nm where D65 has light: weights that take reflectances to linear BT.709 (3, k), and to
+    luminous reflectance (k,)."""
+    _, functional = bt709_under_d65()
+    light = cie_1931()[1][:, 1] * d65()[1]
+    lit = light > 0
+    return functional[lit].T, light[lit] / light.sum()
 
 
-def bounds(place: Place, rgb: np.ndarray, ceiling: float = CEILING) -> tuple[np.ndarray, np.ndarray]:
-    """Certified smallest and largest ratio (2 readings, n) of 31 bands to RGB over all physical
-    spectra of each colour (n, 3), in the infinite room under D65.
+def smallest_ratios(place: Place, rgb: np.ndarray) -> np.ndarray:
+    """Certified smallest ratio (2 readings, n) to RGB of any spectrum 0 ≤ ρ < 1 of each colour (n, 3),
+    in the infinite room under D65, at 1 nm: with fewer bands a spectrum has less choice.
 
-    The smallest over 0 ≤ ρ < 1, the largest over 0 ≤ ρ ≤ ceiling: without one it has no limit. The
-    luminance is (E_T − E_D)/π, so both readings have the same extreme spectra.
+    The luminance is (E_T − E_D)/π, so both readings have the same extreme spectra.
     """
-    functional, weights = folded_functional(place.bands["31"].edges), place.shares["31"]
-    low, _ = lowest_sum(rgb, functional, weights)
-    high = highest_sum(rgb, functional, weights, LUMINANCE_WEIGHTS, ceiling)
-    total, surface = place.read("rgb", rgb)
-    return (np.stack([low / total, ratio(surface, np.maximum(low - 1, 0) / np.pi)]),
-            np.stack([high / total, ratio(surface, np.where(surface > 0, (high - 1) / np.pi, 0.0))]))
+    low, _ = lowest_sum(rgb, *continuum())
+    return _to_rgb(place, rgb, low)
+
+
+def largest_ratios(place: Place, rgb: np.ndarray, ceiling: float = CEILING) -> np.ndarray:
+    """The same of the largest ratio, over 0 ≤ ρ ≤ ceiling: without one it has no limit."""
+    return _to_rgb(place, rgb, highest_sum(rgb @ LUMINANCE_WEIGHTS, ceiling))
+
+
+def _to_rgb(place: Place, rgb: np.ndarray, total: np.ndarray) -> np.ndarray:
+    by_rgb = place.read("rgb", rgb)
+    # Black has no luminance; elsewhere a bound below 1 is rounding.
+    surface = np.where(by_rgb[1] > 0, np.maximum(total - 1, 0) / np.pi, 0.0)
+    return ratio(by_rgb, np.stack([total, surface]))
 
 
 CLASSES = ("safe beyond doubt", "RGB can only be too low", "RGB can only be too high", "either",

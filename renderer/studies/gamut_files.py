@@ -47,7 +47,7 @@ def _rows(gamut: Gamut, every: dict[str, Spectra]) -> Iterable[list]:
         for model in MODELS:
             by_rgb, by_bands = gamut.compared(spectra, model)
             for k, reading in enumerate(gamut.place.readings):
-                said = reading if model == "rgb" else f"{reading}, {model}"
+                said = _said(reading, model)
                 numbers = np.column_stack([by_rgb[k], by_bands[k], ratio(by_rgb[k], by_bands[k])])
                 for colour, row in zip(spectra.rgb, numbers, strict=True):
                     yield [*_short(colour), name, said, *_short(row)]
@@ -58,7 +58,7 @@ def _share_rows(gamut: Gamut) -> Iterable[list]:
     for k, reading in enumerate(gamut.place.readings):
         for i, name in enumerate(names):
             for m, model in enumerate(MODELS):
-                said = reading if model == "rgb" else f"{reading}, {model}"
+                said = _said(reading, model)
                 yield [name, said, *(f"{x:.6g}" for x in table[k, i, m])]
 
 
@@ -66,9 +66,13 @@ def _named_rows(gamut: Gamut) -> Iterable[list]:
     for model in MODELS:
         for method, ratios in named_ratios(gamut, model).items():
             for k, reading in enumerate(gamut.place.readings):
-                said = reading if model == "rgb" else f"{reading}, {model}"
+                said = _said(reading, model)
                 for i, (name, colour) in enumerate(NAMED.items()):
                     yield [name, *colour, method, said, f"{ratios[k, i]:.6g}"]
+
+
+def _said(reading: str, model: str) -> str:
+    return reading if model == "rgb" else f"{reading}, {model}"
 
 
 def _short(colour: np.ndarray) -> list[str]:
@@ -96,7 +100,7 @@ def save_charts(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out:
                 out / "gamut.png")]
     for name, spectra in gamut.methods.items():
         ratios = {model: against_ratio(gamut.ratios(spectra, model)) for model in MODELS}
-        rows = [(reading if model == "rgb" else f"{reading}, {model}", ratios[model][k])
+        rows = [(_said(reading, model), ratios[model][k])
                 for k, reading in shown for model in MODELS]
         drawing.append((save_slices, rows, AGAINST_RATIO, f"{title}; spectra by {name}",
                         out / f"gamut_{name}.png"))

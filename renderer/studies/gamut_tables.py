@@ -14,8 +14,8 @@ from renderer.studies.gamut import (
     MODELS,
     NAMED,
     Gamut,
-    bounds,
     classify,
+    largest_ratios,
     spectra_in,
     sumpner,
     within,
@@ -24,6 +24,14 @@ from renderer.studies.gamut import (
 CEILINGS = (0.9, 0.95, 0.99)
 LAMPS = ("D65", "A", "FL2", "FL11", "LED-B3", "HP1")
 WORST = 10
+
+
+def every_table(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None) -> list[Table]:
+    """All that is shown of a place; with the limits of its ratios, what holds in the infinite room too."""
+    tables = [upsampling_table(), *share_tables(gamut), *named_tables(gamut, limits)]
+    if limits is not None:
+        tables += [bounds_table(gamut, limits[0]), *lamp_tables()]
+    return [*tables, chips_table(gamut)]
 
 
 def upsampling_table() -> Table:
@@ -100,15 +108,15 @@ def _ratio(value: float) -> str:
     return f"{value:.3f}" if np.isfinite(value) else "no limit"
 
 
-def bounds_table(gamut: Gamut) -> Table:
+def bounds_table(gamut: Gamut, smallest: np.ndarray) -> Table:
     """How many colours RGB is right for, or wrong for, whatever their spectrum."""
     rows = []
     for ceiling in CEILINGS:
-        low, high = bounds(gamut.place, cube(), ceiling)
+        largest = largest_ratios(gamut.place, cube(), ceiling)
         for k, reading in enumerate(gamut.place.readings):
-            counts = np.bincount(classify(low[k], high[k]), minlength=len(CLASSES))
-            rows.append([f"{reading}, ρ ≤ {ceiling:g}", *map(str, counts), f"{low[k].min():.3f}",
-                         f"{high[k].max():.2f}"])
+            counts = np.bincount(classify(smallest[k], largest[k]), minlength=len(CLASSES))
+            rows.append([f"{reading}, ρ ≤ {ceiling:g}", *map(str, counts), f"{smallest[k].min():.3f}",
+                         f"{largest[k].max():.2f}"])
     return Table("Whatever the spectrum: how many of 1,000 colours are within ±20 %, and the extreme ratios",
                  ["reading, spectra", *CLASSES, "lowest", "highest"], rows)
 
@@ -123,9 +131,10 @@ def chips_table(gamut: Gamut) -> Table:
                                           for k in shown)]
     rows = [[gamut.chips.names[i], " ".join(f"{x:.3f}" for x in gamut.chips.rgb[i]),
              *(_ratio(ratios[m][k, i]) for m in ("rgb", "prefiltered") for k in shown)] for i in order]
-    inside = (np.abs(ratios["rgb"] - 1) <= 0.2).sum(axis=1)
-    return Table(f"{gamut.place.title}: {' / '.join(map(str, inside))} of {len(gamut.chips.names)} chips are "
-                 f"within ±20 % of their RGB; the {WORST} worst, spectral / RGB", columns, rows)
+    inside = np.rint(within(ratios["rgb"][shown])[:, 2] * len(gamut.chips.names)).astype(int)
+    said = " / ".join(map(str, inside))
+    return Table(f"{gamut.place.title}: {said} of {len(gamut.chips.names)} chips are within ±20 % of their "
+                 f"RGB in the first and the last reading; the {WORST} worst, spectral / RGB", columns, rows)
 
 
 def lamp_tables() -> list[Table]:

@@ -68,8 +68,8 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
 
     def solved(rho: np.ndarray, light: np.ndarray) -> Solution:
         radiosity_ = radiosity(transport.exchange, rho[transport.mesh.surface], transport.direct @ light)
-        return Solution(scene, bands["31"], plan, rooms, transport, rho, light, radiosity_, None,
-                        rho.shape[1], 0.0, 0.0)
+        return Solution(scene, bands["31"], plan, rooms, transport, rho, light, radiosity_, sample=None,
+                        bands_solved=rho.shape[1], energy_balance_error=0.0, worst_patch=0, seconds=0.0)
 
     columns = []
     for band in bands.values():
@@ -81,9 +81,17 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     ends = np.cumsum([len(tried) * len(b.xyz) for b in bands.values()])
     blocks = {name: block.reshape(len(values), len(tried), -1).transpose(0, 2, 1)  # reading, band, tried
               for name, block in zip(bands, np.split(values, ends[:-1], axis=1), strict=True)}
+    for block in blocks.values():
+        block[-1] /= tried  # a surface's luminance is in proportion to its reflectance: black has none
     curves = {name: Interpolated(nodes, block[..., :POINTS]) for name, block in blocks.items()}
     names = (*(f"illuminance, {p.name}" for p in scene.photometers), f"luminance, {material}")
-    room = Place(scene.title, bands, shares, names, lambda name, rho: curves[name](rho))
+
+    def gains(name: str, rho: np.ndarray) -> np.ndarray:
+        read = curves[name](rho)
+        read[-1] *= rho
+        return read
+
+    room = Place(scene.title, bands, shares, names, gains)
     return room, max(_error(curves[name], block[..., POINTS:]) for name, block in blocks.items())
 
 

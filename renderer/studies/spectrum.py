@@ -4,6 +4,7 @@ import csv
 import re
 import warnings
 from dataclasses import dataclass
+from os.path import isfile
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,14 @@ from renderer.colour.bands import (
     band_set,
     bt709_under_d65,
 )
-from renderer.colour.lamps import band_flux, correlated, illuminant, illuminants
+from renderer.colour.lamps import (
+    band_flux,
+    correlated,
+    dark_outside,
+    illuminant,
+    illuminants,
+    power_at_1_nm,
+)
 from renderer.colour.materials import reflectances_in_three, srgb_to_linear
 from renderer.colour.munsell import munsell_chip, parsed
 from renderer.colour.spectrum import Spectrum, read_lamp, read_reflectance
@@ -45,8 +53,8 @@ def resolve(text: str, lamp: bool) -> Shown:
     lamp : a file is a lamp's spectral power; else a reflectance.
     """
     text = text.strip()
-    if Path(text).suffix.lower() in (".csv", ".spdx") or Path(text).is_file():
-        if not Path(text).is_file():
+    if Path(text).suffix.lower() in (".csv", ".spdx") or isfile(text):
+        if not isfile(text):
             raise InputError(f"SPECTRUM is {text!r}, which is not a file. Mend the path.")
         read = read_lamp if lamp else read_reflectance
         try:
@@ -103,8 +111,7 @@ def reflectance_record(shown: Shown) -> dict:
     curve = np.interp(fine, first.nm, first.values)
     luminous = {}
     for name in ("D65", "A"):
-        source = illuminant(name, "SPECTRUM")
-        light = np.interp(fine, source.nm, source.values, left=0.0, right=0.0) * observer[:, 1]
+        light = power_at_1_nm(illuminant(name, "SPECTRUM")) * observer[:, 1]
         luminous[name] = float(light @ curve / light.sum())
     rgb = curve @ bt709_under_d65()[1]
     values = {name: band_average(c.nm, c.values, bands.edges) for name, c in shown.curves.items()}
@@ -141,7 +148,7 @@ def lamp_record(shown: Shown) -> dict:
     bands = band_set("31")
     flux = band_flux(spectrum, 1000.0, bands, "SPECTRUM")
     fine, observer = cie_1931()
-    power = np.interp(fine, spectrum.nm, spectrum.values, left=0.0, right=0.0)
+    power = power_at_1_nm(spectrum)
     xyz = power @ observer
     xy = xyz[:2] / xyz.sum()
     cct, duv = colour_temperature((float(xy[0]), float(xy[1])))
@@ -201,18 +208,14 @@ def save(shown: Shown, record: dict, out: Path) -> list[Path]:
     edges = band_set("31").edges
     steps = np.array(next(iter(values.values())))
     if shown.lamp:
-        steps = band_average(*_dark_outside(next(iter(shown.curves.values()))), edges)
+        ended = dark_outside(next(iter(shown.curves.values())))
+        steps = band_average(ended.nm, ended.values, edges)
         rgb, caption = None, _lamp_caption(record)
     else:
         rgb, caption = np.array(record["rgb_used"]), _paint_caption(record)
     chart = save_chart(shown.title, caption, {name: (c.nm, c.values) for name, c in shown.curves.items()},
                        edges, steps, rgb, out / f"{stem}.png")
     return [chart, out / f"{stem}.csv"]
-
-
-def _dark_outside(spectrum: Spectrum) -> tuple[np.ndarray, np.ndarray]:
-    nm = np.concatenate([[spectrum.nm[0] - 1e-9], spectrum.nm, [spectrum.nm[-1] + 1e-9]])
-    return nm, np.concatenate([[0.0], spectrum.values, [0.0]])
 
 
 def _lamp_caption(record: dict) -> str:

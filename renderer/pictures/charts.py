@@ -1,0 +1,55 @@
+"""What charts share: a sheet, the scale of a ratio, a file."""
+
+from pathlib import Path
+
+import numpy as np
+
+from renderer.files import whole_file
+from renderer.pictures.sheet import plain
+
+WITHIN = 0.2
+FAR = 20.0
+"""A ratio beyond this, or under its inverse, is drawn at the edge."""
+TICKS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.8, 1, 1.2, 1.5, 2, 3, 5, 10, 20)
+
+
+def new_figure(width: float, height: float, title: str | None = None, dpi: int = 100):
+    """A sheet of width × height inches, laid out by matplotlib if it has a title."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=dpi, layout="constrained" if title else None)
+    FigureCanvasAgg(figure)
+    if title:
+        figure.suptitle(plain(title), fontsize=12.5, weight="bold")
+    return figure
+
+
+def ratio_scale(every, panels: list[np.ndarray], label: str) -> list[np.ndarray]:
+    """Give axes that share y a logarithmic scale for ratios, ±20 % shaded; returns what to draw.
+
+    every : the axes; panels : ratios of each, of any shape; what is off the scale is moved to its edge.
+    """
+    ratios = np.concatenate([panel.ravel() for panel in panels])
+    finite = ratios[np.isfinite(ratios)]
+    low = max(1 / FAR, 0.9 * min(0.75, *finite))
+    high = min(FAR, 1.6 * max(1.1, *finite))
+    for axes in every:
+        axes.axhspan(1 - WITHIN, 1 + WITHIN, color="#e9efe6", zorder=0)
+        axes.axhline(1, color="#707070", lw=0.8, zorder=1)
+        axes.set_yscale("log")
+    edges = low * 1.03, high / 1.06
+    if ((ratios < edges[0]) | (ratios > edges[1])).any():
+        label += f"\nat the edge: no limit, or beyond {FAR:g} times"
+    ticks = [t for t in TICKS if low <= t <= high and (t != 1.5 or high < 3)]
+    every[0].set_yticks(ticks, [f"{t:g}" for t in ticks])
+    every[0].minorticks_off()
+    every[0].set(ylim=(low, high), ylabel=label)
+    return [np.clip(panel, *edges) for panel in panels]
+
+
+def saved(figure, path: Path) -> Path:
+    """Write the sheet, whole or not at all."""
+    with whole_file(path) as part:
+        figure.savefig(part)
+    return path
