@@ -226,6 +226,20 @@ def test_a_lamp_in_the_ceilings_plane_shines_whatever_its_shape(room, lamp, gap)
     assert other.total_lx == pytest.approx(square.total_lx, rel=0.01)
 
 
+@pytest.mark.parametrize("lamp", [{"shape": "disc", "diameter": 2 / np.sqrt(np.pi)},
+                                  {"shape": "rectangle", "size": [1.0, 1.0], "up": [1, 1, 0]}])
+def test_no_light_is_lost_between_a_lamp_and_the_ceiling_it_lies_on(room, lamp):
+    # The ceiling behind it is covered: were it to shine on the lamp's black back, a bright room would
+    # lose 1 m² of its light, of 8 m² that its paint absorbs.
+    base = {k: v for k, v in PANEL.items() if k != "size"}
+    square, other = (renderer.solve(room(0.9, luminaires=[x]), bands="rgb", accuracy=0.05)
+                     for x in (PANEL, {**base, **lamp}))
+    assert other.transport.exchange.areas.sum() == pytest.approx(80, rel=1e-8)
+    # In the corner, so that the lamp's shape hardly matters; the disc has 1 % less area than its circle.
+    readings = [s.photometer([0.3, 0.3, 0], [0, 0, 1]).total_lx for s in (square, other)]
+    assert readings[1] == pytest.approx(readings[0], rel=0.01)
+
+
 @pytest.mark.parametrize("height", [1e-3, 0.01, 0.1])
 def test_the_floor_under_a_point_lamp_near_the_ceiling(room, height):
     # Half the flux makes a bright spot on the ceiling, seen as a Lambertian point of ρ Φ / 2. Values

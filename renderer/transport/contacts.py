@@ -48,13 +48,17 @@ def _rings(face: Face) -> list[np.ndarray]:
     return [face.corners] if isinstance(face, Rectangle) else [*map(face.solid, face.rings)]
 
 
-def slanting(rectangle: Rectangle, feet: list[list[np.ndarray]], patch_size: float, touch: float):
+def slanting(rectangle: Rectangle, feet: list[list[np.ndarray]], lamps: list[np.ndarray],
+             patch_size: float, touch: float):
     """What stands on a rectangle with an edge neither along nor across it, as shapely's in metres along its
-    edges; None where nothing does. Aligned feet need no cutting: the grid has its lines along them."""
+    edges; None where nothing does. Aligned feet need no cutting: the grid has its lines along them.
+
+    feet : rings (k, 3) [m] of each, the outer first; lamps : outlines that are cut out in any case.
+    """
     import shapely
 
     axes = np.stack([rectangle.u, rectangle.v]) / _sides(rectangle)[:, None]
-    shapes = []
+    shapes, always = [], [shapely.Polygon((ring - rectangle.corner) @ axes.T) for ring in lamps]
     for rings in feet:
         flat = [(ring - rectangle.corner) @ axes.T for ring in rings]
         steps = np.abs(np.roll(flat[0], -1, axis=0) - flat[0])
@@ -64,7 +68,8 @@ def slanting(rectangle: Rectangle, feet: list[list[np.ndarray]], patch_size: flo
     shapes = sorted((s for s in shapes if s.intersects(whole)), key=lambda s: -s.area)
     counts = np.cumsum([len(shapely.get_coordinates(s)) for s in shapes])
     kept = [s for s, count in zip(shapes, counts, strict=True) if count <= FEET_CORNERS]
-    return shapely.union_all(kept) if kept else None
+    over = [lamp for lamp in always if lamp.intersects(whole)]
+    return shapely.union_all(over + kept) if over + kept else None
 
 
 def cut(rectangle: Rectangle, cells: np.ndarray, feet, patch_size: float,

@@ -47,12 +47,12 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
     rectangles = [(index, face) for index, parts in enumerate(every) for face in parts.rectangles]
     polygons = [(index, face) for index, parts in enumerate(every) for face in parts.polygons]
     outlines = np.array([r.corners for _, r in rectangles]
-                        + [m.outline for m in mountings if len(m.outline) == 4]).reshape(-1, 4, 3)
+                        + [m.outline for m in mountings if not m.cut_out]).reshape(-1, 4, 3)
     faces = Faces([*rectangles, *polygons])
     for index, rectangle in rectangles:
         builder.add_rectangle(index, rectangle, outlines, faces, mountings)
     for mounted in mountings:
-        if mounted.on_polygon:
+        if mounted.cut_out:
             builder.add_face(mounted.surface, mounted.face)
     for index, polygon in polygons:
         builder.add_polygon(index, polygon, faces, mountings)
@@ -101,12 +101,14 @@ class _Builder:
                       mountings: list[Mounting]) -> None:
         us = self.divisions(rectangle.corner, rectangle.u, rectangle.v, rectangle.normal, outlines)
         vs = self.divisions(rectangle.corner, rectangle.v, rectangle.u, rectangle.normal, outlines)
-        feet = slanting(rectangle, faces.against(index, rectangle, self.touch), self.patch_size, self.touch)
+        covers = self.on(index, rectangle.corner, rectangle.normal, mountings)
+        feet = slanting(rectangle, faces.against(index, rectangle, self.touch),
+                        [m.outline for m in covers if m.cut_out], self.patch_size, self.touch)
         vertices, patches = self.divided(rectangle, us, vs, feet)
         surface = np.full(len(patches), index)
         middles = vertices[patches].mean(axis=1)
-        for cover in self.on(index, rectangle.corner, rectangle.normal, mountings):
-            if cover.on_polygon:
+        for cover in covers:
+            if cover.cut_out:
                 continue
             o, e, f = cover.outline[0], *(cover.outline[k] - cover.outline[0] for k in (1, 3))
             s, t = (middles - o) @ e / (e @ e), (middles - o) @ f / (f @ f)
