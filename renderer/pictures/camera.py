@@ -128,7 +128,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     camera = pinhole(table)
     refuse_outside(transport, camera.position, f"{where}: camera")
     eye = off_surfaces(transport, camera.position, camera.axes[2]).origin
-    refuse_inside(transport, eye, f"{where}: camera")
+    refuse_inside(transport, eye, f"{where}: camera", camera.position)
     width, height = camera.width, camera.height
     n = width * height
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)

@@ -51,7 +51,7 @@ def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where:
     if (spot.touched @ normal < -1 + 1e-9).any():
         raise InputError(f"{where} faces the surface it lies on (normal {_short(normal)}) and sees "
                          "nothing. Turn its normal round.")
-    refuse_inside(transport, spot.origin, where)
+    refuse_inside(transport, spot.origin, where, position)
     for lum in transport.luminaires:
         if lum.outline is None and np.linalg.norm(position - lum.center) < 1e-6 * transport.mesh.scale:
             raise InputError(f"{where}: position {_short(position)} is on the point luminaire "
@@ -86,12 +86,12 @@ def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> No
     rooms.refuse_outside(transport.room, position, f"{where}: position", "Move it into the room")
 
 
-def refuse_inside(transport: Transport, position: np.ndarray, where: str) -> None:
-    """Raise InputError for a point inside a solid."""
+def refuse_inside(transport: Transport, lifted: np.ndarray, where: str, position: np.ndarray) -> None:
+    """Raise InputError for a point inside a solid: `position` (3,) [m], `lifted` off what it touches."""
     if transport.visibility is not None:
         # From inside a solid every direction ends on the back of a surface.
         probes = np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.64, 0.48]]])
-        seen = transport.visibility.first_hit(np.tile(position, (len(probes), 1)), probes)
+        seen = transport.visibility.first_hit(np.tile(lifted, (len(probes), 1)), probes)
         if (seen < 0).sum() > len(probes) // 2:
             raise InputError(f"{where}: position {_short(position)} is inside an object. "
                              "Move it into the open room.")
@@ -152,7 +152,7 @@ def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.n
     refuse_outside(transport, position, where)
     direction = direction / np.linalg.norm(direction)
     eye = off_surfaces(transport, position, direction).origin
-    refuse_inside(transport, eye, where)
+    refuse_inside(transport, eye, where, position)
     seen = seen_from(transport, eye, direction[None])
     if seen[0][0] < 0:
         raise InputError(f"{where}: nothing is seen along {_short(direction)} from {_short(position)}. "

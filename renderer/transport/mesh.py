@@ -10,6 +10,7 @@ from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
+from renderer.transport.contacts import Faces, covered_by_contact, cut, quartered, slanting
 from renderer.transport.mounting import COPLANAR, Mounting, mounting
 from renderer.transport.patches import Mesh
 from renderer.transport.polygons import triangulated, without
@@ -46,19 +47,20 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
     rectangles = [(index, face) for index, parts in enumerate(every) for face in parts.rectangles]
     polygons = [(index, face) for index, parts in enumerate(every) for face in parts.polygons]
     outlines = np.array([r.corners for _, r in rectangles]
-                        + [m.outline for m in mountings if len(m.outline) == 4]).reshape(-1, 4, 3)
+                        + [m.outline for m in mountings if not m.cut_out]).reshape(-1, 4, 3)
+    faces = Faces([*rectangles, *polygons])
     for index, rectangle in rectangles:
-        builder.add_rectangle(index, rectangle, outlines, mountings)
+        builder.add_rectangle(index, rectangle, outlines, faces, mountings)
     for mounted in mountings:
-        if mounted.on_polygon:
+        if mounted.cut_out:
             builder.add_face(mounted.surface, mounted.face)
     for index, polygon in polygons:
-        builder.add_polygon(index, polygon, rectangles, polygons, mountings)
+        builder.add_polygon(index, polygon, faces, mountings)
     for index, parts in enumerate(every):
         builder.add_triangles(index, parts.triangles)
     for index, luminaire in sheets:
         builder.add_sheet(index, luminaire)
-    return builder.finish(rectangles, polygons, _obstacles(scene, [lum for _, lum in sheets]),
+    return builder.finish([*rectangles, *polygons], _obstacles(scene, [lum for _, lum in sheets]),
                           scene.room.shell)
 
 
@@ -95,15 +97,18 @@ class _Builder:
         self.n_vertices += len(vertices)
         self.n_patches += len(patches)
 
-    def add_rectangle(self, index: int, rectangle: Rectangle, outlines: np.ndarray,
+    def add_rectangle(self, index: int, rectangle: Rectangle, outlines: np.ndarray, faces: Faces,
                       mountings: list[Mounting]) -> None:
         us = self.divisions(rectangle.corner, rectangle.u, rectangle.v, rectangle.normal, outlines)
         vs = self.divisions(rectangle.corner, rectangle.v, rectangle.u, rectangle.normal, outlines)
-        vertices, patches = self.divided(rectangle, us, vs)
+        covers = self.on(index, rectangle.corner, rectangle.normal, mountings)
+        feet = slanting(rectangle, faces.against(index, rectangle, self.touch),
+                        [m.outline for m in covers if m.cut_out], self.patch_size, self.touch)
+        vertices, patches = self.divided(rectangle, us, vs, feet)
         surface = np.full(len(patches), index)
         middles = vertices[patches].mean(axis=1)
-        for cover in self.on(index, rectangle.corner, rectangle.normal, mountings):
-            if cover.on_polygon:
+        for cover in covers:
+            if cover.cut_out:
                 continue
             o, e, f = cover.outline[0], *(cover.outline[k] - cover.outline[0] for k in (1, 3))
             s, t = (middles - o) @ e / (e @ e), (middles - o) @ f / (f @ f)
@@ -114,14 +119,9 @@ class _Builder:
         """The luminaires mounted on a flat part of the room."""
         return [m for m in mountings if index < self.n_walls and m.on(corner, normal, self.touch)]
 
-    def add_polygon(self, index: int, polygon: Polygon, rectangles, polygons,
-                    mountings: list[Mounting]) -> None:
+    def add_polygon(self, index: int, polygon: Polygon, faces: Faces, mountings: list[Mounting]) -> None:
         feet = [[m.outline] for m in self.on(index, polygon.origin, polygon.normal, mountings)]
-        for other, face in [*rectangles, *polygons]:
-            corner = face.corner if isinstance(face, Rectangle) else face.origin
-            if (other != index and abs((corner - polygon.origin) @ polygon.normal) < self.touch
-                    and face.normal @ polygon.normal < -1 + 1e-9):
-                feet.append([face.corners] if isinstance(face, Rectangle) else [*map(face.solid, face.rings)])
+        feet += faces.against(index, polygon, self.touch)
         small = np.ptp(polygon.frame, axis=0).max() < self.patch_size
         if small and not feet and len(polygon.triangles) <= FEW:
             self.add_triangles(index, polygon.triangles)
@@ -131,16 +131,24 @@ class _Builder:
             self.add(polygon.solid(points), np.column_stack([triangles, triangles[:, 2]]),
                      np.full(len(triangles), index), index)
 
-    def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs`, and finer near lamps."""
+    def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray,
+                feet) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs`, finer near lamps, and
+        without what stands on it aslant (shapely's, or None)."""
         s, t = (np.column_stack([x[:-1], x[1:]]) for x in (us, vs))
         cells = np.concatenate([np.repeat(s, len(t), axis=0), np.tile(t, (len(s), 1))], axis=1)
         finer = self.toward_lamps(rectangle, cells)
-        if len(finer) == len(cells):
+        if len(finer) == len(cells) and feet is None:
             return grid(rectangle, us, vs)
-        corners = finer[:, [[0, 2], [1, 2], [1, 3], [0, 3]]].reshape(-1, 2)
-        places, index = np.unique(corners, axis=0, return_inverse=True)
-        return rectangle.corner + places @ np.stack([rectangle.u, rectangle.v]), index.reshape(-1, 4)
+        triangles = np.zeros((0, 3, 2))
+        if feet is not None:
+            finer, triangles = cut(rectangle, finer, feet, self.patch_size, self.touch)
+        corners = np.concatenate([finer[:, [[0, 2], [1, 2], [1, 3], [0, 3]]],
+                                  triangles[:, [0, 1, 2, 2]]]).reshape(-1, 2)
+        # Cuts of neighbours meet to within rounding.
+        _, first, index = np.unique(np.round(corners, 8), axis=0, return_index=True, return_inverse=True)
+        return (rectangle.corner + corners[first] @ np.stack([rectangle.u, rectangle.v]),
+                index.reshape(-1, 4))
 
     def divisions(self, corner, along, across, normal, outlines) -> np.ndarray:
         """Where a rectangle is cut along one edge (k,), 0 to 1: at what touches it, and between."""
@@ -188,7 +196,7 @@ class _Builder:
                     long = length > 1.01 * np.maximum(self.close * away, smallest)
                     if not long.any():
                         break
-                    cells = np.vstack([cells[~long], _quartered(cells[long])])
+                    cells = np.vstack([cells[~long], quartered(cells[long])])
         return cells
 
     def add_triangles(self, index: int, triangles: np.ndarray) -> None:
@@ -224,46 +232,12 @@ class _Builder:
         self.twin[-1] = np.arange(n) + self.n_patches
         self.add(vertices, back, np.full(n, index), index, np.arange(n) - n)
 
-    def finish(self, rectangles: list[tuple[int, Rectangle]], polygons: list[tuple[int, Polygon]],
-               obstacles: np.ndarray, shell: np.ndarray) -> Mesh:
+    def finish(self, faces: list[tuple[int, Rectangle | Polygon]], obstacles: np.ndarray,
+               shell: np.ndarray) -> Mesh:
         arrays = (np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
                                               self.vertex_surface, self.twin))
         mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, shell)
-        return replace(mesh, covered=covered_by_contact(mesh, rectangles, polygons, self.touch))
-
-
-def _quartered(cells: np.ndarray) -> np.ndarray:
-    """Each cell (m, 4), s and t from and to, divided into four (4m, 4)."""
-    a, b, c, d = cells.T
-    s, t = (a + b) / 2, (c + d) / 2
-    return np.concatenate([np.column_stack(quarter) for quarter in (
-        (a, s, c, t), (s, b, c, t), (s, b, t, d), (a, s, t, d))])
-
-
-def covered_by_contact(mesh: Mesh, rectangles: list[tuple[int, Rectangle]],
-                       polygons: list[tuple[int, Polygon]], touch: float) -> np.ndarray:
-    """Which patches lie wholly in another surface's face (n_patches,): face to face with it, as a crate
-    and the floor, or a second time where an earlier surface already is.
-
-    rectangles, polygons : (surface, flat part) of the room and the solids.
-    """
-    covered = np.zeros(len(mesh.patches), dtype=bool)
-    shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
-    # Luminaires come after: their faces stand in a wall's.
-    last = max((index for index, _ in [*rectangles, *polygons]), default=-1)
-    for index, face in [*rectangles, *polygons]:
-        facing = mesh.normal @ face.normal
-        offset = shrunk - (face.corner if isinstance(face, Rectangle) else face.origin)
-        level = (np.abs(offset @ face.normal) < touch).all(axis=1) & (mesh.surface != index) & (mesh.twin < 0)
-        again = (facing > 1 - 1e-9) & (mesh.surface > index) & (mesh.surface <= last)
-        asked = np.flatnonzero(level & ((facing < -1 + 1e-9) | again) & ~covered)
-        if isinstance(face, Rectangle):
-            s = offset[asked] @ face.u / (face.u @ face.u)
-            t = offset[asked] @ face.v / (face.v @ face.v)
-            covered[asked] = ((s > 0) & (s < 1) & (t > 0) & (t < 1)).all(axis=1)
-        elif len(asked):
-            covered[asked] = face.contains(shrunk[asked]).all(axis=1)
-    return covered
+        return replace(mesh, covered=covered_by_contact(mesh, faces, self.touch))
 
 
 def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

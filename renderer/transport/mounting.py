@@ -24,12 +24,13 @@ class Mounting:
     """Where a luminaire covers part of a surface of the room.
 
     face : the luminaire, moved into that surface's plane; surface : its index in Scene.surfaces
-    on_polygon : whether it is cut out of a polygon, else out of rectangles that it is aligned with
+    cut_out : whether its outline is cut out of what it is on, else it is some of the cells of
+        rectangles that it is aligned with
     """
 
     face: Luminaire
     surface: int
-    on_polygon: bool
+    cut_out: bool
 
     @property
     def outline(self) -> np.ndarray:
@@ -43,8 +44,7 @@ class Mounting:
 
 
 def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | None:
-    """Where a luminaire is mounted on a surface of the room, if it is: a rectangle aligned with the
-    rectangles under it, or any outline within a polygon."""
+    """Where a luminaire is mounted on a surface of the room, if all of it is."""
     if luminaire.outline is None:
         return None
     if luminaire.rectangle is None:
@@ -52,9 +52,9 @@ def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | Non
     else:
         near = MOUNTED * min(np.linalg.norm(luminaire.rectangle.u), np.linalg.norm(luminaire.rectangle.v))
     for parts in scene.room.surfaces.values():
-        gap, on_polygon = _gap_to(parts, luminaire, near, COPLANAR * scene.room.scale)
+        gap, cut_out = _gap_to(parts, luminaire, near, COPLANAR * scene.room.scale)
         if gap is not None:
-            return Mounting(_moved(luminaire, -gap * luminaire.normal), surface, on_polygon)
+            return Mounting(_moved(luminaire, -gap * luminaire.normal), surface, cut_out)
     return None
 
 
@@ -66,7 +66,7 @@ def _moved(luminaire: Luminaire, shift: np.ndarray) -> Luminaire:
 
 def _gap_to(parts: Parts, luminaire: Luminaire, near: float, touch: float) -> tuple[float | None, bool]:
     """Distance [m] to the flat parts of a surface that lie behind the whole of a luminaire, or None; and
-    whether that is a polygon."""
+    whether it must be cut out of them."""
     covered, gap = 0.0, None
     for face in parts.rectangles:
         height = (luminaire.center - face.corner) @ face.normal
@@ -76,14 +76,24 @@ def _gap_to(parts: Parts, luminaire: Luminaire, near: float, touch: float) -> tu
             gap = height
     if covered > (1 - 1e-6) * luminaire.area:
         return gap, False
-    for face in parts.polygons:
-        height = (luminaire.center - face.origin) @ face.normal
-        if luminaire.normal @ face.normal > 1 - 1e-12 and -touch <= height <= near:
-            import shapely
+    import shapely
 
-            lamp = shapely.Polygon(face.flat(luminaire.outline))
-            if face.shape.buffer(touch).covers(lamp):
-                return height, True
+    under = []
+    for face in (*parts.rectangles, *parts.polygons):
+        rectangular = isinstance(face, Rectangle)
+        height = (luminaire.center - (face.corner if rectangular else face.origin)) @ face.normal
+        if luminaire.normal @ face.normal > 1 - 1e-12 and -touch <= height <= near:
+            axes = np.stack([luminaire.outline[0] - luminaire.center, np.zeros(3)])
+            axes[1] = np.cross(luminaire.normal, axes[0])
+            axes /= np.linalg.norm(axes, axis=1)[:, None]
+            rings = [face.corners] if rectangular else [*map(face.solid, face.rings)]
+            outer, *holes = [(ring - luminaire.center) @ axes.T for ring in rings]
+            under.append(shapely.Polygon(outer, holes).buffer(touch))
+            gap = height
+    if under:
+        lamp = shapely.Polygon((luminaire.outline - luminaire.center) @ axes.T)
+        if shapely.union_all(under).covers(lamp):
+            return gap, True
     return None, False
 
 
@@ -103,7 +113,7 @@ def _overlap(lamp: Rectangle, face: Rectangle) -> float:
 
 
 def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
-    """A luminaire in a wall's plane but not mounted on it (a disc, a turned rectangle), moved off
+    """A luminaire in a wall's plane but not mounted on it (it juts out over an edge), moved off
     it by more than the rays' tolerance, so that it is a sheet before the wall."""
     if luminaire.outline is None or mounting(scene, luminaire, 0) is not None:
         return luminaire

@@ -1,0 +1,146 @@
+"""Where surfaces stand face to face: a crate and the floor under it, a cupboard and the wall."""
+
+import numpy as np
+
+from renderer.scene.flat import Polygon
+from renderer.scene.geometry import Rectangle
+from renderer.transport.patches import Mesh
+
+Face = Rectangle | Polygon
+
+OPPOSITE = 1e-9
+"""How far from −1 the cosine between the normals of two faces in contact may be."""
+AT_CONTACT = 0.5
+"""Cells across the line of a contact are at most so many patch sizes long."""
+THIN = 0.25
+"""A foot shorter than this many patch sizes is left to the rays: a chair's leg hides little light."""
+FEET_CORNERS = 2000
+"""Corners of all the feet that one rectangle is cut along, the largest feet first; the rest is left to the
+rays."""
+
+
+class Faces:
+    """The flat parts of the room and the solids, found by their planes.
+
+    flat : (surface, part) of each, of both kinds
+    """
+
+    def __init__(self, flat: list[tuple[int, Face]]):
+        self.faces = [face for _, face in flat]
+        self.surface = np.array([index for index, _ in flat], dtype=int)
+        self.normals = np.array([face.normal for face in self.faces]).reshape(-1, 3)
+        self.corners = np.array([_corner(face) for face in self.faces]).reshape(-1, 3)
+
+    def against(self, index: int, face: Face, touch: float) -> list[list[np.ndarray]]:
+        """The rings (k, 3) [m] of each face of another surface that stands face to face in a face's plane,
+        the outer ring first."""
+        facing = self.normals @ face.normal < -1 + OPPOSITE
+        level = np.abs((self.corners - _corner(face)) @ face.normal) < touch
+        found = np.flatnonzero(facing & level & (self.surface != index))
+        return [_rings(self.faces[k]) for k in found]
+
+
+def _corner(face: Face) -> np.ndarray:
+    return face.corner if isinstance(face, Rectangle) else face.origin
+
+
+def _rings(face: Face) -> list[np.ndarray]:
+    return [face.corners] if isinstance(face, Rectangle) else [*map(face.solid, face.rings)]
+
+
+def slanting(rectangle: Rectangle, feet: list[list[np.ndarray]], lamps: list[np.ndarray],
+             patch_size: float, touch: float):
+    """What stands on a rectangle with an edge neither along nor across it, as shapely's in metres along its
+    edges; None where nothing does. Aligned feet need no cutting: the grid has its lines along them.
+
+    feet : rings (k, 3) [m] of each, the outer first; lamps : outlines that are cut out in any case.
+    """
+    import shapely
+
+    axes = np.stack([rectangle.u, rectangle.v]) / _sides(rectangle)[:, None]
+    shapes, always = [], [shapely.Polygon((ring - rectangle.corner) @ axes.T) for ring in lamps]
+    for rings in feet:
+        flat = [(ring - rectangle.corner) @ axes.T for ring in rings]
+        steps = np.abs(np.roll(flat[0], -1, axis=0) - flat[0])
+        if (steps.min(axis=1) > touch).any() and np.ptp(flat[0], axis=0).max() > THIN * patch_size:
+            shapes.append(shapely.Polygon(flat[0], flat[1:]))
+    whole = shapely.box(0, 0, *_sides(rectangle)).buffer(-touch)
+    shapes = sorted((s for s in shapes if s.intersects(whole)), key=lambda s: -s.area)
+    counts = np.cumsum([len(shapely.get_coordinates(s)) for s in shapes])
+    kept = [s for s, count in zip(shapes, counts, strict=True) if count <= FEET_CORNERS]
+    over = [lamp for lamp in always if lamp.intersects(whole)]
+    return shapely.union_all(over + kept) if over + kept else None
+
+
+def cut(rectangle: Rectangle, cells: np.ndarray, feet, patch_size: float,
+        touch: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cells (m, 4) of a rectangle, s and t from and to, clear of feet: those across their outline are
+    quartered until they are short, and what is left of them is cut into triangles (k, 3, 2) in s and t.
+
+    feet : from `slanting`.
+    """
+    import shapely
+
+    sides, line = _sides(rectangle), feet.boundary
+    shapely.prepare(line)
+    shapely.prepare(feet)
+    while True:
+        boxes = _boxes(cells, sides)
+        crossed = shapely.intersects(boxes, line)
+        length = np.maximum((cells[:, 1] - cells[:, 0]) * sides[0], (cells[:, 3] - cells[:, 2]) * sides[1])
+        long = crossed & (length > 1.01 * AT_CONTACT * patch_size)
+        if not long.any():
+            break
+        cells = np.vstack([cells[~long], quartered(cells[long])])
+    middle = np.column_stack([cells[:, :2].mean(axis=1), cells[:, 2:].mean(axis=1)]) * sides
+    free = ~crossed & ~shapely.contains_xy(feet, *middle.T)
+    left = shapely.difference(boxes[crossed], feet, grid_size=touch / 100)
+    whole = shapely.area(left) > shapely.area(boxes[crossed]) - touch**2
+    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(left[~whole]))
+    parts = shapely.orient_polygons(parts[shapely.area(parts) > touch**2])
+    triangles = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3] / sides
+    return np.vstack([cells[free], cells[crossed][whole]]), triangles
+
+
+def _sides(rectangle: Rectangle) -> np.ndarray:
+    return np.array([np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)])
+
+
+def _boxes(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    import shapely
+
+    s, t = cells[:, :2] * sides[0], cells[:, 2:] * sides[1]
+    return shapely.box(s[:, 0], t[:, 0], s[:, 1], t[:, 1])
+
+
+def quartered(cells: np.ndarray) -> np.ndarray:
+    """Each cell (m, 4), s and t from and to, divided into four (4m, 4)."""
+    a, b, c, d = cells.T
+    s, t = (a + b) / 2, (c + d) / 2
+    return np.concatenate([np.column_stack(quarter) for quarter in (
+        (a, s, c, t), (s, b, c, t), (s, b, t, d), (a, s, t, d))])
+
+
+def covered_by_contact(mesh: Mesh, faces: list[tuple[int, Face]], touch: float) -> np.ndarray:
+    """Which patches lie wholly in another surface's face (n_patches,): face to face with it, as a crate
+    and the floor, or a second time where an earlier surface already is.
+
+    faces : (surface, flat part) of the room and the solids.
+    """
+    covered = np.zeros(len(mesh.patches), dtype=bool)
+    shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
+    # Luminaires come after: their faces stand in a wall's.
+    last = max((index for index, _ in faces), default=-1)
+    for index, face in faces:
+        facing = mesh.normal @ face.normal
+        offset = shrunk - _corner(face)
+        level = (np.abs(offset @ face.normal) < touch).all(axis=1) & (mesh.surface != index) & (mesh.twin < 0)
+        again = (facing > 1 - OPPOSITE) & (mesh.surface > index) & (mesh.surface <= last)
+        asked = np.flatnonzero(level & ((facing < -1 + OPPOSITE) | again) & ~covered)
+        if isinstance(face, Rectangle):
+            s = offset[asked] @ face.u / (face.u @ face.u)
+            t = offset[asked] @ face.v / (face.v @ face.v)
+            covered[asked] = ((s > 0) & (s < 1) & (t > 0) & (t < 1)).all(axis=1)
+        elif len(asked):
+            covered[asked] = face.contains(shrunk[asked]).all(axis=1)
+    return covered
