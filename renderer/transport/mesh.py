@@ -21,6 +21,9 @@ at ρ = 0.9 converges at second order."""
 CLOSE_TO_LAMP = 36.0
 """Near a lamp that lights it, a patch is at most this many times its distance from the lamp, times
 patch size over √(room area): once the distance with the patches of 1 %, less where more is asked."""
+WHOLE_EDGE, SLENDER = 2.0, 0.2
+"""Edges of small things are divided as often as this over the closeness to lamps: in two with the
+patches of 1 %, more where more is asked; but not those shorter than that share of a patch."""
 NEAREST_LAMP = 64
 """Near a lamp, patches are this much smaller than elsewhere, at the most."""
 FEW = 4
@@ -169,6 +172,8 @@ class _Builder:
         pieces = [np.zeros(1)]
         for start, end in pairwise(stops):
             n = max(1, int(np.ceil((end - start) / self.patch_size - 0.01)))
+            if len(stops) == 2 and end - start > SLENDER * self.patch_size:
+                n = max(n, round(WHOLE_EDGE / self.close))
             even = np.linspace(0, 1, n + 1)[1:]
             graded = (1 - GRADING) * even + GRADING * (1 - np.cos(np.pi * even)) / 2
             pieces.append(start + (end - start) * graded)
