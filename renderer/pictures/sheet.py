@@ -85,7 +85,7 @@ def _headline(columns: list[Column]) -> str:
 def _caption(column: Column) -> str:
     lines = []
     for reading, ratio in zip(column.readings[:1], column.ratios[:1], strict=True):
-        lines = [plain(reading.name), f"{reading.total_lx:.2f} ± {reading.uncertainty:.2f} lx"]
+        lines = [plain(reading.name), f"{reading.total_lx:.2f} ± {reading.uncertainty:.2g} lx"]
         if ratio is not None:
             lines.append(f"{ratio:.3f} × first room")
     return "\n".join(lines)

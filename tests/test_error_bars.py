@@ -1,0 +1,75 @@
+"""Error bars: what they are made of, that they hold, and that the accuracy asked is met."""
+
+import numpy as np
+import pytest
+from random_rooms import compare_with_finer, random_scene
+
+import renderer
+from renderer.accuracy import solve_and_read
+from renderer.plan import MAX_PATCHES_DENSE, Plan
+from renderer.readings.uncertainty import half_widths
+
+UP = [0, 0, 1]
+
+
+@pytest.mark.slow
+def test_bars_hold_and_are_sharp_over_random_rooms(tmp_path):
+    rows = np.abs(np.array([row for seed in range(1000, 1040)
+                            for row in compare_with_finer(random_scene(seed, tmp_path), 0.05)]))
+    error, bar = rows.T
+    assert len(rows) > 120
+    # 95 % of some 150 readings, less twice the standard deviation of such a count.
+    assert np.mean(error <= bar) > 0.95 - 2 * np.sqrt(0.95 * 0.05 / len(rows))
+    assert np.median(bar) <= 4 * np.median(error)
+    assert np.median(bar / error) <= 4
+
+
+def test_surfaces_that_cancel_are_not_taken_for_agreement():
+    fine, other = np.array([100.0, 10.0, 20.0]), np.array([100.0, 11.0, 19.0])
+    mesh, sampling = half_widths(fine, other, np.zeros((0, 3)), 2.0)
+    assert mesh == pytest.approx(np.sqrt(2), rel=1e-3)
+    assert sampling == 0.0
+    mesh, _ = half_widths(fine, fine + [0, 1, 1], np.zeros((0, 3)), 2.0)
+    assert mesh == pytest.approx(2.0, rel=1e-3)
+
+
+def test_the_sampling_bar_holds_for_samples_whose_spread_is_known():
+    random = np.random.default_rng(0)
+    held = 0
+    for _ in range(2000):
+        samples = random.normal(50.0, 3.0, (8, 1))
+        _, sampling = half_widths(samples.mean(axis=0), samples.mean(axis=0), samples, 2.0)
+        held += abs(samples.mean() - 50.0) <= sampling
+    # 95 %, within three standard deviations of a count of 2,000.
+    assert held / 2000 == pytest.approx(0.95, abs=3 * np.sqrt(0.95 * 0.05 / 2000))
+
+
+def test_a_reading_in_a_hard_place_is_solved_finer_until_it_is_known(room):
+    scene = room(0.9)
+    spots = [([0.01, 0.01, 0.0], UP, "corner")]
+    loose = renderer.solve(scene, "rgb", 0.05).photometer(*spots[0])
+    assert loose.uncertainty > 0.008 * loose.total_lx
+    solution, (reading,) = solve_and_read(scene, "rgb", 0.008, spots=spots)
+    assert reading.uncertainty <= 0.008 * reading.total_lx
+    assert abs(reading.total_lx - loose.total_lx) <= reading.uncertainty + loose.uncertainty
+    assert solution.plan.patch_size < renderer.solve(scene, "rgb", 0.05).plan.patch_size
+
+
+def test_a_plan_is_made_finer_only_within_memory():
+    plan = Plan(0.1, 0, ())
+    assert plan.finer(1000, mesh=2.0, sampling=0.0).patch_size == pytest.approx(0.05)
+    assert plan.finer(MAX_PATCHES_DENSE, mesh=2.0, sampling=0.0) is None
+    rays = Plan(0.1, 256, ())
+    assert rays.finer(1000, mesh=0.1, sampling=1.2).rays == 4 * 256
+    assert rays.finer(10**7, mesh=0.1, sampling=1.2) is None
+
+
+def test_the_error_of_three_bands_is_named_and_a_grey_room_has_none(room):
+    red = renderer.load("red_room")
+    by_rgb, by_31 = (renderer.solve(red, bands, 0.05).photometers()[0] for bands in ("rgb", "31"))
+    # The two band sets differ by what RGB's own error says, 31 bands being all but right.
+    apart = abs(by_rgb.total_lx - by_31.total_lx)
+    assert by_rgb.band_error == pytest.approx(apart, abs=by_31.band_error + 0.02 * apart)
+    assert by_31.band_error < 0.01 * by_rgb.band_error
+    grey = renderer.solve(room(0.5), "rgb", 0.05).photometer([2, 2, 0], UP)
+    assert grey.band_error < 1e-9 * grey.total_lx
