@@ -4,8 +4,6 @@ import json
 import signal
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -13,17 +11,21 @@ from typing import Annotated
 from cyclopts import App, CycloptsError, Parameter
 
 from renderer.errors import InputError, SolveError
+from renderer.terminal import (
+    interrupt,
+    list_files,
+    progress_shown,
+    say,
+    show,
+    show_laws,
+    warn,
+    warn_before,
+)
 
 app = App(name="renderer", help="Does it matter that lighting software models colour as RGB? "
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
           "measures the difference.", version_flags=["--version"], help_format="plaintext",
           suppress_keyboard_interrupt=False)
-
-LEAK, UNEQUAL, UNBALANCED = 0.05, 0.5, 1e-6
-"""Errors of closure, reciprocity and energy balance past which a run warns."""
-NOT_REACHED = ("warning: {scene}: the reading {name!r} is {total:.4g} ± {got:.2g} lx, not the ± {asked:.2%} "
-               "asked, as finely as {why}.")
-
 
 def _accuracy(_type, tokens) -> float:
     """`1%` or `0.01`."""
@@ -79,104 +81,6 @@ class Solving:
         return self
 
 
-@contextmanager
-def _progress(quiet: bool) -> Iterator:
-    """Something to call with each step: a spinner on a terminal, a line a step elsewhere."""
-    if quiet:
-        yield lambda step: _stop_if_asked()
-        return
-    from rich.console import Console
-    from rich.text import Text
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda step: (_stop_if_asked(), _say(step))
-        return
-    with console.status("starting") as status:
-        yield lambda step: (_stop_if_asked(), status.update(Text(step)))
-
-
-def _show(title: str, columns: list[str], rows: list[list[str]]) -> None:
-    """A table on stdout, as wide as it needs to be."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(title=Text(title), box=box.SIMPLE, title_justify="left")
-    for k, column in enumerate(columns):
-        table.add_column(column, justify="left" if k == 0 else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*map(Text, row))
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=200)
-    console.print(table)
-
-
-def _warn(solution, readings: list, asked: float) -> None:
-    """Say on stderr what a run did not reach, and where its laws do not hold."""
-    fixed = solution.scene.solver.patch_size
-    why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
-    from renderer.report import escaped
-
-    for r in readings:
-        if r.uncertainty > asked * r.total_lx:
-            _say(NOT_REACHED.format(scene=solution.scene.title, name=r.name, asked=asked,
-                                    total=r.total_lx, got=r.uncertainty, why=why))
-    for hole in escaped(solution):
-        at = ", ".join(f"{x:.4g}" for x in hole["middle"])
-        _say(f"warning: {solution.scene.title}: the room is open: {hole['escaping_lm']:.4g} lm escape "
-             f"through {hole['name']!r}, {hole['area_m2']:.3g} m² around [{at}]; close it in the mesh if it "
-             "is no window.")
-    exchange, mesh = solution.transport.exchange, solution.transport.mesh
-    if exchange.closure_error > LEAK:
-        surface = solution.scene.surfaces[mesh.surface[exchange.worst_patch]]
-        _say(f"warning: {solution.scene.title}: {exchange.closure_error:.1%} of the light from a patch of "
-             f"{surface!r} meets no surface's front; is something there open or overlapping?")
-    if exchange.reciprocity_error > UNEQUAL:
-        first, second = (solution.scene.surfaces[k] for k in exchange.worst_pair)
-        _say(f"warning: {solution.scene.title}: the form factors between {first!r} and {second!r} differ by "
-             f"{exchange.reciprocity_error:.0%} of what the smaller sends, before they are balanced; "
-             "their patches are long for their distance. Give a smaller solver.patch_size.")
-    if solution.energy_balance_error > UNBALANCED:
-        surface = solution.scene.surfaces[mesh.surface[solution.worst_patch]]
-        _say(f"warning: {solution.scene.title}: {solution.energy_balance_error:.1e} of the light is neither "
-             f"absorbed nor left, most of it at {surface!r}; is its reflectance nearly 1?")
-
-
-def _warn_before(scene, accuracy: float | None) -> None:
-    """Say on stderr, before the work, what it cannot promise."""
-    from renderer.plan import make_plan
-
-    asked = accuracy or scene.solver.accuracy
-    promise = make_plan(scene, asked, scene.solver.patch_size).promise
-    if asked < promise and not scene.solver.patch_size:
-        _say(f"warning: {scene.title}: an accuracy of {asked:.2%} cannot be promised for every reading here; "
-             f"{promise:.2%} can. The error bars will say what was reached.")
-
-
-def _laws(solutions: list) -> None:
-    """Say on stdout how far the laws hold, once for each geometry."""
-    said = []
-    for solution in solutions:
-        transport = solution.transport
-        if any(transport is other for other in said):
-            continue
-        said.append(transport)
-        shared = [s for s in solutions if s.transport is transport]
-        names = ", ".join(dict.fromkeys(s.scene.title for s in shared))
-        balance = max(s.energy_balance_error for s in shared)
-        print(f"{names}: {len(transport.mesh.patches)} patches, {transport.rays} rays; errors of closure "
-              f"{transport.exchange.closure_error:.1e}, reciprocity "
-              f"{transport.exchange.reciprocity_error:.1e}, energy balance {balance:.1e}")
-
-
-def _list_files(files: list[Path], out: Path) -> None:
-    print(f"{len(files)} files in {out}{'/' if str(out) != '/' else ''}: "
-          + ", ".join(str(f.relative_to(out)) for f in files if f.parent == out))
-
-
 @app.command
 def compare(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
     """Rooms side by side in RGB, in RGB prefiltered, and in 31 bands: pictures, maps and readings.
@@ -195,22 +99,22 @@ def compare(*scenes: str, solving: Solving | None = None, output: Output | None 
         raise InputError("--bands has no place in compare, which shows all band sets. Remove it.")
     loaded = [load(s) for s in scenes or ("grey_room", "red_room", "saturated_red_room")]
     for scene in loaded:
-        _warn_before(scene, solving.accuracy)
+        warn_before(scene, solving.accuracy)
     out = output_folder(output.out)
-    with _progress(output.quiet) as progress:
+    with progress_shown(output.quiet) as progress:
         cases = solve_all(loaded, solving.accuracy, solving.seed, progress)
         files = save_table(cases, out) + save_pictures(cases, out, progress)
     rows = []
     for case in cases:
-        _warn(case.solution, case.readings, solving.accuracy or case.solution.scene.solver.accuracy)
+        warn(case.solution, case.readings, solving.accuracy or case.solution.scene.solver.accuracy)
         for r, ratio in zip(case.readings, case.ratios, strict=True):
             rows.append([case.solution.scene.title, case.solution.bands.name, r.name,
                          f"{r.direct_lx:.2f}", f"{r.indirect_lx:.2f}", f"{r.total_lx:.2f}",
                          f"± {r.uncertainty:.2g}", "–" if ratio is None else f"{ratio:.3f}"])
-    _show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total",
+    show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total",
                                "95 %", "ratio to first room"], rows)
-    _laws([case.solution for case in cases])
-    _list_files(files, out)
+    show_laws([case.solution for case in cases])
+    list_files(files, out)
 
 
 @app.command
@@ -253,12 +157,12 @@ def _one_room(scene: str, solving: Solving | None, output: Output | None, save) 
         raise InputError(f"{loaded.path}: camera is missing; a picture needs a [camera] table with "
                          "position and look_at.")
     out = output_folder(output.out)
-    with _progress(output.quiet) as progress:
+    with progress_shown(output.quiet) as progress:
         solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)
         files = save(solution, out, progress)
-    _warn(solution, [], 0.0)
-    _laws([solution])
-    _list_files(files, out)
+    warn(solution, [], 0.0)
+    show_laws([solution])
+    list_files(files, out)
 
 
 @app.command
@@ -296,13 +200,13 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     spots = None if at is None else [(_vector("--at", at), _vector("--normal", normal), f"at {at}")]
     if spots is not None and max(map(abs, spots[0][1])) < 1e-9:
         raise InputError(f"--normal is {normal!r}, which has no length; give a direction: 0,0,1.")
-    _warn_before(loaded, solving.accuracy)
-    with _progress(output.quiet) as progress:
+    warn_before(loaded, solving.accuracy)
+    with progress_shown(output.quiet) as progress:
         solution, readings = solve_and_read(loaded, solving.bands, solving.accuracy, solving.seed,
                                             progress=progress, spots=spots)
         asked = solving.accuracy or loaded.solver.accuracy
         record = solution_record(solution, readings, asked, time.perf_counter() - started)
-    _warn(solution, readings, asked)
+    warn(solution, readings, asked)
     if json_:
         print(json.dumps(record, indent=1, allow_nan=False))
         return
@@ -315,10 +219,10 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
                      "–" if r["cct_K"] is None else f"{r['cct_K']:.0f}",
                      "–" if r["duv"] is None else f"{r['duv']:+.4f}",
                      "–" if r["melanopic_edi_lx"] is None else f"{r['melanopic_edi_lx']:.1f}"])
-    _show(f"{record['scene']}, {record['bands']} bands, {record['patches']} patches: illuminance",
+    show(f"{record['scene']}, {record['bands']} bands, {record['patches']} patches: illuminance",
           ["photometer", "direct lx", "indirect lx", "total lx", "95 % lx", "bands lx", "x, y", "CCT K",
            "Duv", "melanopic EDI lx"], rows)
-    _laws([solution])
+    show_laws([solution])
 
 
 @app.command
@@ -342,14 +246,14 @@ def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
     if peers:
         _peers(out, output.quiet)
     if extremes or not peers:
-        with _progress(output.quiet) as progress:
+        with progress_shown(output.quiet) as progress:
             cases = run.cases_of(run.EXTREMES if extremes else run.ORACLES, progress)
             files = run.save(cases, out, "stability" if extremes else "validation")
         for group in dict.fromkeys(case.group for case in cases):
-            _show(group, list(COLUMNS), [case.cells() for case in cases if case.group == group])
+            show(group, list(COLUMNS), [case.cells() for case in cases if case.group == group])
         failed = [case for case in cases if not case.passes]
         print(f"{len(cases) - len(failed)} of {len(cases)} cases pass")
-        _list_files(files, out)
+        list_files(files, out)
         if failed:
             _leave(f"{len(failed)} of {len(cases)} cases fail, the first: {failed[0].case}, "
                    f"{failed[0].quantity}.", 1)
@@ -358,13 +262,13 @@ def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
 def _peers(out: Path, quiet: bool) -> None:
     from renderer.studies.peers import agreement
 
-    with _progress(quiet) as progress:
+    with progress_shown(quiet) as progress:
         found = agreement.compare_with_peers(agreement.rooms(), progress)
         files = agreement.save(found, out)
-    _show("Illuminance [lx] with 95 % half-widths", agreement.columns(found), agreement.cells(found))
+    show("Illuminance [lx] with 95 % half-widths", agreement.columns(found), agreement.cells(found))
     for sentence in found.skipped:
-        _say(sentence)
-    _list_files(files, out)
+        say(sentence)
+    list_files(files, out)
     if found.failed:
         _leave(f"{len(found.failed)} of {len(found.rows)} readings differ from a peer's by more than 0.5 % "
                "and by more than both error bars and chance allow.", 1)
@@ -397,8 +301,8 @@ def spectrum(spectrum: str, *, lamp: Annotated[bool, Parameter(negative="")] = F
         print(json.dumps(record, indent=1, allow_nan=False))
         return
     said = table(record)
-    _show(said.title, said.columns, said.rows)
-    _list_files(files, output.out)
+    show(said.title, said.columns, said.rows)
+    list_files(files, output.out)
 
 
 @app.command
@@ -428,7 +332,7 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
         raise InputError(f"--material is {material!r} but no SCENE is given; give one that has it.")
     note, limits = "", None
     out = output_folder(output.out)
-    with _progress(output.quiet) as progress:
+    with progress_shown(output.quiet) as progress:
         if scene is None:
             place = sumpner(illuminant("D65", "lamp"))
             limits = smallest_ratios(place, cube()), largest_ratios(place, cube())
@@ -439,9 +343,9 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
         tables = every_table(found, limits)
         files = save_files(found, limits, out, progress)
     for table in tables:
-        _show(table.title, table.columns, table.rows)
+        show(table.title, table.columns, table.rows)
     print(note, end="")
-    _list_files(files, out)
+    list_files(files, out)
 
 
 def _painted(scene: str, material: str | None, solving: Solving, progress):
@@ -467,28 +371,9 @@ def _vector(option: str, text: str) -> tuple[float, float, float]:
     return numbers
 
 
-_interrupted = False
-
-
-def _interrupt(_signal, _frame) -> None:
-    """Ctrl-C. Some packages swallow the exception while they are imported, so it is remembered."""
-    global _interrupted
-    _interrupted = True
-    raise KeyboardInterrupt
-
-
-def _stop_if_asked() -> None:
-    if _interrupted:
-        raise KeyboardInterrupt
-
-
-def _say(message: str) -> None:
-    print(f"renderer: {' '.join(message.split())}", file=sys.stderr)
-
-
 def main() -> None:
     """Run the command line; every refusal is one line on stderr."""
-    signal.signal(signal.SIGINT, _interrupt)
+    signal.signal(signal.SIGINT, interrupt)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="replace")
     try:
@@ -512,5 +397,5 @@ def main() -> None:
 
 
 def _leave(message: str, code: int) -> None:
-    _say(message)
+    say(message)
     sys.exit(code)

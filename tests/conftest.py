@@ -98,22 +98,3 @@ def compared(tmp_path_factory, run):
     """The main job, run once: the folder it was run in, and what it said."""
     folder = tmp_path_factory.mktemp("compared")
     return folder, run("compare", cwd=folder)
-
-
-@pytest.fixture
-def run_in_process(capsys, monkeypatch):
-    """A function that runs the command line here, so that a test may change what it uses: stdout, stderr
-    and the exit code."""
-    from renderer import cli
-
-    def call(*arguments) -> tuple[str, str, int]:
-        monkeypatch.setattr(sys, "argv", ["renderer", *map(str, arguments)])
-        code = 0
-        try:
-            cli.app(list(map(str, arguments)), exit_on_error=False, print_error=False)
-        except SystemExit as left:
-            code = left.code or 0
-        said = capsys.readouterr()
-        return said.out, said.err, code
-
-    return call

@@ -31,16 +31,16 @@ def test_a_verdict_can_be_either(case, passes):
     assert case.passes == passes
 
 
-def test_the_command_writes_its_tables_and_fails_where_a_case_fails(run_in_process, monkeypatch, tmp_path):
+def test_the_command_writes_its_tables_and_fails_where_a_case_fails(here, monkeypatch, tmp_path):
     good, bad = Case("Good", "a", "E", 1.0, 1.0, 0.1, "lx"), Case("Bad", "b|c", "E", 1.0, 2.0, 0.1, "lx")
     for cases, code in (([good], 0), ([good, bad], 1)):
         monkeypatch.setattr(run, "ORACLES", [lambda folder, cases=cases: cases])
         for study in run.ORACLES:
             study.__name__ = "study"
-        out, err, exit_code = run_in_process("validate", "--out", tmp_path, "--quiet")
-        assert exit_code == code
+        done = here("validate", "--out", tmp_path, "--quiet", cwd=tmp_path)
+        assert done.returncode == code
         record = json.loads((tmp_path / "validation.json").read_text())
         assert (record["passed"], record["failed"]) == (1, len(cases) - 1)
-        assert "pass" in out
-    assert "1 of 2 cases fail, the first: b|c, E." in err
+        assert "pass" in done.stdout
+    assert "1 of 2 cases fail, the first: b|c, E." in done.stderr
     assert "FAIL" in (tmp_path / "validation.md").read_text()

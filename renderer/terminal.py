@@ -1,0 +1,130 @@
+"""What a run says on the terminal: progress, tables, warnings, files."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+LEAK, UNEQUAL, UNBALANCED = 0.05, 0.5, 1e-6
+"""Errors of closure, reciprocity and energy balance past which a run warns."""
+NOT_REACHED = ("warning: {scene}: the reading {name!r} is {total:.4g} ± {got:.2g} lx, not the ± {asked:.2%} "
+               "asked, as finely as {why}.")
+
+
+@contextmanager
+def progress_shown(quiet: bool) -> Iterator:
+    """Something to call with each step: a spinner on a terminal, a line a step elsewhere."""
+    if quiet:
+        yield lambda step: _stop_if_asked()
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda step: (_stop_if_asked(), say(step))
+        return
+    with console.status("starting") as status:
+        yield lambda step: (_stop_if_asked(), status.update(Text(step)))
+
+
+def show(title: str, columns: list[str], rows: list[list[str]]) -> None:
+    """A table on stdout, as wide as it needs to be."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=Text(title), box=box.SIMPLE, title_justify="left")
+    for k, column in enumerate(columns):
+        table.add_column(column, justify="left" if k == 0 else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*map(Text, row))
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=200)
+    console.print(table)
+
+
+def warn(solution, readings: list, asked: float) -> None:
+    """Say on stderr what a run did not reach, and where its laws do not hold."""
+    fixed = solution.scene.solver.patch_size
+    why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
+    from renderer.report import escaped
+
+    for r in readings:
+        if r.uncertainty > asked * r.total_lx:
+            say(NOT_REACHED.format(scene=solution.scene.title, name=r.name, asked=asked,
+                                    total=r.total_lx, got=r.uncertainty, why=why))
+    for hole in escaped(solution):
+        at = ", ".join(f"{x:.4g}" for x in hole["middle"])
+        say(f"warning: {solution.scene.title}: the room is open: {hole['escaping_lm']:.4g} lm escape "
+             f"through {hole['name']!r}, {hole['area_m2']:.3g} m² around [{at}]; close it in the mesh if it "
+             "is no window.")
+    exchange, mesh = solution.transport.exchange, solution.transport.mesh
+    if exchange.closure_error > LEAK:
+        surface = solution.scene.surfaces[mesh.surface[exchange.worst_patch]]
+        say(f"warning: {solution.scene.title}: {exchange.closure_error:.1%} of the light from a patch of "
+             f"{surface!r} meets no surface's front; is something there open or overlapping?")
+    if exchange.reciprocity_error > UNEQUAL:
+        first, second = (solution.scene.surfaces[k] for k in exchange.worst_pair)
+        say(f"warning: {solution.scene.title}: the form factors between {first!r} and {second!r} differ by "
+             f"{exchange.reciprocity_error:.0%} of what the smaller sends, before they are balanced; "
+             "their patches are long for their distance. Give a smaller solver.patch_size.")
+    if solution.energy_balance_error > UNBALANCED:
+        surface = solution.scene.surfaces[mesh.surface[solution.worst_patch]]
+        say(f"warning: {solution.scene.title}: {solution.energy_balance_error:.1e} of the light is neither "
+             f"absorbed nor left, most of it at {surface!r}; is its reflectance nearly 1?")
+
+
+def warn_before(scene, accuracy: float | None) -> None:
+    """Say on stderr, before the work, what it cannot promise."""
+    from renderer.plan import make_plan
+
+    asked = accuracy or scene.solver.accuracy
+    promise = make_plan(scene, asked, scene.solver.patch_size).promise
+    if asked < promise and not scene.solver.patch_size:
+        say(f"warning: {scene.title}: an accuracy of {asked:.2%} cannot be promised for every reading here; "
+             f"{promise:.2%} can. The error bars will say what was reached.")
+
+
+def show_laws(solutions: list) -> None:
+    """Say on stdout how far the laws hold, once for each geometry."""
+    said = []
+    for solution in solutions:
+        transport = solution.transport
+        if any(transport is other for other in said):
+            continue
+        said.append(transport)
+        shared = [s for s in solutions if s.transport is transport]
+        names = ", ".join(dict.fromkeys(s.scene.title for s in shared))
+        balance = max(s.energy_balance_error for s in shared)
+        print(f"{names}: {len(transport.mesh.patches)} patches, {transport.rays} rays; errors of closure "
+              f"{transport.exchange.closure_error:.1e}, reciprocity "
+              f"{transport.exchange.reciprocity_error:.1e}, energy balance {balance:.1e}")
+
+
+def list_files(files: list[Path], out: Path) -> None:
+    """Name on stdout what was written."""
+    print(f"{len(files)} files in {out}{'/' if str(out) != '/' else ''}: "
+          + ", ".join(str(f.relative_to(out)) for f in files if f.parent == out))
+
+
+_interrupted = False
+
+
+def interrupt(_signal, _frame) -> None:
+    """Ctrl-C. Some packages swallow the exception while they are imported, so it is remembered."""
+    global _interrupted
+    _interrupted = True
+    raise KeyboardInterrupt
+
+
+def _stop_if_asked() -> None:
+    if _interrupted:
+        raise KeyboardInterrupt
+
+
+def say(message: str) -> None:
+    """One line on stderr."""
+    print(f"renderer: {' '.join(message.split())}", file=sys.stderr)
