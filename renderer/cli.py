@@ -10,22 +10,14 @@ from typing import Annotated
 
 from cyclopts import App, CycloptsError, Parameter
 
+from renderer.cli_output import interrupt, list_files, progress_shown, say, show, show_laws, warn, warn_before
 from renderer.errors import InputError, SolveError
-from renderer.terminal import (
-    interrupt,
-    list_files,
-    progress_shown,
-    say,
-    show,
-    show_laws,
-    warn,
-    warn_before,
-)
 
 app = App(name="renderer", help="Does it matter that lighting software models colour as RGB? "
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
           "measures the difference.", version_flags=["--version"], help_format="plaintext",
           suppress_keyboard_interrupt=False)
+
 
 def _accuracy(_type, tokens) -> float:
     """`1%` or `0.01`."""

@@ -7,7 +7,7 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "renderer"
 ORDER = ["errors", "files", "colour", "scene", "transport", "plan", "readings",
-         "solution", "accuracy", "report", "pictures", "studies", "terminal", "cli"]
+         "solution", "accuracy", "report", "pictures", "studies", "cli_output", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
 
 
@@ -40,7 +40,7 @@ def calls(path: Path) -> set[str]:
 
 def test_only_the_command_line_prints():
     printing = {module(p) for p in FILES if "print" in calls(p)}
-    assert printing <= {"cli", "terminal", "colour.tables"}  # the latter is a command of its own
+    assert printing <= {"cli", "cli_output", "colour.tables"}  # the latter is a command of its own
 
 
 def test_only_visibility_knows_embree_and_single_precision():
