@@ -128,3 +128,9 @@ def _stop_if_asked() -> None:
 def say(message: str) -> None:
     """One line on stderr."""
     print(f"renderer: {' '.join(message.split())}", file=sys.stderr)
+
+
+def leave(message: str, code: int) -> None:
+    """Say why on stderr, and end the program with that exit code."""
+    say(message)
+    sys.exit(code)

@@ -1,0 +1,43 @@
+"""The command line: arguments and messages only."""
+
+import signal
+import sys
+
+from cyclopts import App, CycloptsError
+
+from renderer.cli import readings, rooms, studies
+from renderer.cli.terminal import interrupt, leave
+from renderer.errors import InputError, SolveError
+
+app = App(name="renderer", help="Does it matter that lighting software models colour as RGB? "
+          "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
+          "measures the difference.", version_flags=["--version"], help_format="plaintext",
+          suppress_keyboard_interrupt=False)
+for command in (rooms.compare, rooms.render, rooms.pseudocolour, readings.photometer, studies.validate,
+                studies.spectrum, studies.gamut):
+    app.command(command)
+
+
+def main() -> None:
+    """Run the command line; every refusal is one line on stderr."""
+    signal.signal(signal.SIGINT, interrupt)
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="replace")
+    try:
+        app(exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        leave(f"{' '.join(str(error).split())} See renderer --help.", 2)
+    except InputError as error:
+        leave(str(error), 2)
+    except SolveError as error:
+        leave(str(error), 1)
+    except MemoryError:
+        leave("the memory is used up. Give a looser --accuracy or a larger patch_size.", 1)
+    except BrokenPipeError:
+        sys.stdout = None
+        sys.exit(1)
+    except OSError as error:
+        leave(f"{error.filename or 'the output'}: {error.strerror}. Give another path.",
+               2 if error.filename else 1)
+    except KeyboardInterrupt:
+        leave("interrupted; no partial file is left.", 1)

@@ -1,0 +1,75 @@
+"""Arguments that several commands take."""
+
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from renderer.errors import InputError
+
+
+def _accuracy(_type, tokens) -> float:
+    """`1%` or `0.01`."""
+    text = tokens[0].value.strip()
+    try:
+        value = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        value = float("nan")
+    if not 1e-4 <= value <= 0.5:
+        raise InputError(f"--accuracy is {text!r}; must be from 0.01% to 50%, as 1% or 0.01.")
+    return value
+
+
+def _whole(_type, tokens) -> int:
+    """A whole number from 0."""
+    text = tokens[0].value.strip()
+    if not text.isdecimal():
+        raise InputError(f"--seed is {text!r}; must be a whole number, 0 or more.")
+    return int(text)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Output:
+    """Where results go."""
+
+    out: Path = Path("outputs")
+    "Folder for results."
+    quiet: Annotated[bool, Parameter(negative="")] = False
+    "No progress on stderr."
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Solving:
+    """How a scene is solved."""
+
+    bands: str | None = None
+    "rgb, rgb-prefiltered or 31; else as the scene says."
+    accuracy: Annotated[float | None, Parameter(converter=_accuracy)] = None
+    "Of readings, as 1% or 0.01; else as the scene says."
+    seed: Annotated[int | None, Parameter(converter=_whole)] = None
+    "Of everything random; else as the scene says."
+    no_cache: Annotated[bool, Parameter(negative="")] = False
+    "Use nothing kept between runs (nothing is kept yet)."
+
+    def checked(self) -> "Solving":
+        """Refuse what the types let through."""
+        from renderer.colour.bands import BAND_SETS
+
+        if self.bands is not None and self.bands not in BAND_SETS:
+            raise InputError(f"--bands is {self.bands!r}; must be one of {', '.join(BAND_SETS)}.")
+        return self
+
+
+def vector(option: str, text: str) -> tuple[float, float, float]:
+    """Three numbers of an option, as x,y,z. Raises InputError."""
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 3 or not all(isfinite(x) and abs(x) <= 1e9 for x in numbers):
+        raise InputError(f"{option} is {text!r}; must be three numbers up to 1e9: x,y,z.")
+    return numbers

@@ -1,0 +1,86 @@
+"""Commands that show rooms: compare, render, pseudocolour."""
+
+from renderer.cli.options import Output, Solving
+from renderer.cli.terminal import list_files, progress_shown, show, show_laws, warn, warn_before
+from renderer.errors import InputError
+
+
+def compare(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
+    """Rooms side by side in RGB, in RGB prefiltered, and in 31 bands: pictures, maps and readings.
+
+    Parameters
+    ----------
+    scenes
+        Scene files or names of packaged rooms; without any, the deck's grey and red rooms.
+    """
+    from renderer.files import output_folder
+    from renderer.scene.reading import load
+    from renderer.studies.comparison import save_pictures, save_table, solve_all
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    if solving.bands is not None:
+        raise InputError("--bands has no place in compare, which shows all band sets. Remove it.")
+    loaded = [load(s) for s in scenes or ("grey_room", "red_room", "saturated_red_room")]
+    for scene in loaded:
+        warn_before(scene, solving.accuracy)
+    out = output_folder(output.out)
+    with progress_shown(output.quiet) as progress:
+        cases = solve_all(loaded, solving.accuracy, solving.seed, progress)
+        files = save_table(cases, out) + save_pictures(cases, out, progress)
+    rows = []
+    for case in cases:
+        warn(case.solution, case.readings, solving.accuracy or case.solution.scene.solver.accuracy)
+        for r, ratio in zip(case.readings, case.ratios, strict=True):
+            rows.append([case.solution.scene.title, case.solution.bands.name, r.name,
+                         f"{r.direct_lx:.2f}", f"{r.indirect_lx:.2f}", f"{r.total_lx:.2f}",
+                         f"± {r.uncertainty:.2g}", "–" if ratio is None else f"{ratio:.3f}"])
+    show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total",
+                               "95 %", "ratio to first room"], rows)
+    show_laws([case.solution for case in cases])
+    list_files(files, out)
+
+
+def render(scene: str, *, solving: Solving | None = None, output: Output | None = None) -> None:
+    """One room: a picture, luminance and spectral EXR files, and its patches.
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    """
+    from renderer.studies.single import save_render
+
+    _one_room(scene, solving, output, save_render)
+
+
+def pseudocolour(scene: str, *, solving: Solving | None = None,
+                 output: Output | None = None) -> None:
+    """Luminance maps of one room, direct and total, with a legend in cd/m².
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    """
+    from renderer.studies.single import save_pseudocolour
+
+    _one_room(scene, solving, output, save_pseudocolour)
+
+
+def _one_room(scene: str, solving: Solving | None, output: Output | None, save) -> None:
+    from renderer.files import output_folder
+    from renderer.scene.reading import load
+    from renderer.solution import solve
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    loaded = load(scene)
+    if loaded.camera is None:
+        raise InputError(f"{loaded.path}: camera is missing; a picture needs a [camera] table with "
+                         "position and look_at.")
+    out = output_folder(output.out)
+    with progress_shown(output.quiet) as progress:
+        solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)
+        files = save(solution, out, progress)
+    warn(solution, [], 0.0)
+    show_laws([solution])
+    list_files(files, out)

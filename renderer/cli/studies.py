@@ -1,0 +1,142 @@
+"""Commands that hold the program against laws, peers, colours: validate, spectrum, gamut."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from renderer.cli.options import Output, Solving
+from renderer.cli.terminal import leave, list_files, progress_shown, say, show
+from renderer.errors import InputError
+
+
+def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
+             peers: Annotated[bool, Parameter(negative="")] = False, output: Output | None = None) -> None:
+    """Published cases, closed forms and laws, through the code that users run; exit code 1 where one fails.
+
+    Parameters
+    ----------
+    extremes
+        Instead: reflectances of 0 and 1, a millimetre and ten kilometres, foreign geometry.
+    peers
+        Instead: the same rooms in Mitsuba 3 and Radiance (install renderer[peers]), error bars side by side.
+    """
+    from renderer.files import output_folder
+    from renderer.studies.validation import run
+    from renderer.studies.validation.cases import COLUMNS
+
+    output = output or Output()
+    out = output_folder(output.out)
+    if peers:
+        _peers(out, output.quiet)
+    if extremes or not peers:
+        with progress_shown(output.quiet) as progress:
+            cases = run.cases_of(run.EXTREMES if extremes else run.ORACLES, progress)
+            files = run.save(cases, out, "stability" if extremes else "validation")
+        for group in dict.fromkeys(case.group for case in cases):
+            show(group, list(COLUMNS), [case.cells() for case in cases if case.group == group])
+        failed = [case for case in cases if not case.passes]
+        print(f"{len(cases) - len(failed)} of {len(cases)} cases pass")
+        list_files(files, out)
+        if failed:
+            leave(f"{len(failed)} of {len(cases)} cases fail, the first: {failed[0].case}, "
+                   f"{failed[0].quantity}.", 1)
+
+
+def _peers(out: Path, quiet: bool) -> None:
+    from renderer.studies.peers import agreement
+
+    with progress_shown(quiet) as progress:
+        found = agreement.compare_with_peers(agreement.rooms(), progress)
+        files = agreement.save(found, out)
+    show("Illuminance [lx] with 95 % half-widths", agreement.columns(found), agreement.cells(found))
+    for sentence in found.skipped:
+        say(sentence)
+    list_files(files, out)
+    if found.failed:
+        leave(f"{len(found.failed)} of {len(found.rows)} readings differ from a peer's by more than 0.5 % "
+               "and by more than both error bars and chance allow.", 1)
+
+
+def spectrum(spectrum: str, *, lamp: Annotated[bool, Parameter(negative="")] = False,
+             json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+             output: Output | None = None) -> None:
+    """One paint or lamp: its curve, its 31 bands, its colour, and the measured paints nearest to it.
+
+    Parameters
+    ----------
+    spectrum
+        A Munsell chip ("5R 4/14"), a .csv or .spdx file, #rrggbb, r,g,b (linear), one reflectance, a CIE
+        illuminant (A, FL2, LED-B3), or a colour temperature (3000K).
+    lamp
+        The file holds a lamp's spectral power, not a reflectance.
+    json_
+        Print one JSON object instead of a table.
+    """
+    from renderer.files import output_folder
+    from renderer.studies.spectrum import record_of, resolve, save, table
+
+    output = output or Output()
+    shown = resolve(spectrum, lamp)
+    record = record_of(shown)
+    files = save(shown, record, output_folder(output.out))
+    if json_:
+        print(json.dumps(record, indent=1, allow_nan=False))
+        return
+    said = table(record)
+    show(said.title, said.columns, said.rows)
+    list_files(files, output.out)
+
+
+def gamut(scene: str | None = None, *, material: str | None = None, solving: Solving | None = None,
+          output: Output | None = None) -> None:
+    """RGB against 31 bands for 1,000 colours, five ways from RGB to a spectrum, and 1,269 measured paints.
+
+    Parameters
+    ----------
+    scene
+        A scene file or a packaged room, one material of which takes every colour in turn; without it,
+        the deck's infinitely wide room.
+    material
+        The material that takes the colours; else the one with the largest area.
+    """
+    from renderer.colour.lamps import illuminant
+    from renderer.colour.upsampling import cube
+    from renderer.files import output_folder
+    from renderer.studies.gamut import analyse, largest_ratios, smallest_ratios, sumpner
+    from renderer.studies.gamut_files import save_files
+    from renderer.studies.gamut_tables import every_table
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    if solving.bands is not None:
+        raise InputError("--bands has no place in gamut, which compares all band sets. Remove it.")
+    if scene is None and material is not None:
+        raise InputError(f"--material is {material!r} but no SCENE is given; give one that has it.")
+    note, limits = "", None
+    out = output_folder(output.out)
+    with progress_shown(output.quiet) as progress:
+        if scene is None:
+            place = sumpner(illuminant("D65", "lamp"))
+            limits = smallest_ratios(place, cube()), largest_ratios(place, cube())
+        else:
+            place, note = _painted(scene, material, solving, progress)
+        progress(f"{place.title}: 1,000 colours and the chips")
+        found = analyse(place)
+        tables = every_table(found, limits)
+        files = save_files(found, limits, out, progress)
+    for table in tables:
+        show(table.title, table.columns, table.rows)
+    print(note, end="")
+    list_files(files, out)
+
+
+def _painted(scene: str, material: str | None, solving: Solving, progress):
+    from renderer.scene.reading import load
+    from renderer.studies.room import painted_material, painted_room
+
+    loaded = load(scene)
+    name = painted_material(loaded, material)
+    place, error = painted_room(loaded, name, solving.accuracy, solving.seed, progress)
+    return place, (f"{loaded.title}: {name!r} takes the colours, all else stays; between the reflectances "
+                   f"solved, readings are interpolated to {max(error, 1e-15):.0e}.\n")
