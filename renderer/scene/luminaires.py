@@ -36,6 +36,12 @@ class Luminaire:
         edges = self.outline - self.center
         return float(np.cross(edges, np.roll(edges, -1, axis=0)).sum(axis=0) @ self.normal) / 2
 
+    def intensity(self, away: np.ndarray) -> np.ndarray:
+        """Luminous intensity (…) per lumen [cd/lm] along unit directions (…, 3) that leave it."""
+        if not self.lambertian:
+            return np.full(away.shape[:-1], 1 / (4 * np.pi))
+        return np.clip(away @ self.normal, 0, None) / np.pi
+
 
 def make_luminaire(table) -> Luminaire:
     """The luminaire that a validated table of the scene file describes."""

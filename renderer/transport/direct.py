@@ -26,12 +26,9 @@ def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminai
             continue
         away = points - lum.center
         distance2 = np.maximum(np.einsum("ki,ki->k", away, away), 1e-300)
-        incidence = np.clip(-np.einsum("ki,ki->k", away, normals), 0, None) / np.sqrt(distance2)
-        if lum.lambertian:
-            emission = np.clip(away @ lum.normal, 0, None) / np.sqrt(distance2) / np.pi
-        else:
-            emission = 1 / (4 * np.pi)
-        factors[:, index] = incidence * emission / distance2
+        away /= np.sqrt(distance2)[:, None]
+        incidence = np.clip(-np.einsum("ki,ki->k", away, normals), 0, None)
+        factors[:, index] = incidence * lum.intensity(away) / distance2
     return factors
 
 
