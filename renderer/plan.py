@@ -13,17 +13,21 @@ from renderer.transport.mounting import MOUNTED, mounting
 PATCHES_AT_1_PERCENT = 1280
 """Patches of an empty room for 1 %; the error falls as 1/patches (docs/verification.md)."""
 MAX_PATCHES_DENSE = 12_000
-MAX_PATCHES = 150_000
+MAX_PATCHES = 1_200_000
 """Above the first, a dense operator outgrows 1.2 GB, so rays are cast even in an empty room;
 above the second, the sparse one outgrows 8 GB."""
+FINEST = 150_000
+"""Patches that a mesh is refined to, unasked."""
 RAYS_AT_1_PERCENT = 1024
+"""Rays a patch, with that many patches; of a finer mesh fewer do, since its readings add up more."""
+FEWEST_RAYS, MOST_RAYS = 256, 8192
 PROMISE, PROMISE_WITH_RAYS = 0.001, 0.002
 """What memory allows at a point 1 cm from a corner at ρ = 0.9, and under a table: the hardest places
 tried (docs/tradeoff.md); most readings are several times better."""
 WORTHWHILE = 1.2
 """Patches shorter by less are not worth another solve."""
 MAX_RAYS = 80_000_000
-"""Of a whole room: their patches are counted in one array."""
+"""Of a whole room, past FEWEST_RAYS or a quarter of that a patch: their hits are kept in one array."""
 FINE_ENOUGH = 0.7
 """Share of the error asked that mesh and sampling may each have: in quadrature they make 1."""
 
@@ -50,7 +54,7 @@ class Plan:
 
         patches : how many the plan made; mesh, sampling : error over what was asked
         """
-        limit = MAX_PATCHES if self.rays else MAX_PATCHES_DENSE
+        limit = FINEST if self.rays else MAX_PATCHES_DENSE
         shorter = min(2.0, np.sqrt(limit / patches)) if mesh > FINE_ENOUGH else 1.0
         shorter = shorter if shorter > WORTHWHILE else 1.0
         rays = self.rays
@@ -88,12 +92,19 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
     else:
         reasons.append(f"in the way: {', '.join(in_the_way)}: visibility by rays" if in_the_way
                        else "too many patches for a dense operator: rays")
-        finer = np.ceil(np.log2(np.clip(RAYS_AT_1_PERCENT * (0.01 / accuracy), 256, 8192)))
-        rays = int(2**finer)
+        rays = _rays(count, accuracy)
     if len(free) < len(scene.faces):
         reasons.append("luminaires mounted on a surface cover it; the light in a gap below "
                        f"{MOUNTED:.1%} of their size is left out")
     return Plan(h, rays, tuple(reasons))
+
+
+def _rays(patches: float, accuracy: float) -> int:
+    """Rays a patch, a power of 2."""
+    fewest = 2 ** np.floor(np.log2(np.clip(MAX_RAYS / patches, FEWEST_RAYS / 4, FEWEST_RAYS)))
+    loose = 0.01 / accuracy
+    wanted = RAYS_AT_1_PERCENT * loose * min(1.0, PATCHES_AT_1_PERCENT * loose / patches)
+    return int(2 ** np.ceil(np.log2(np.clip(wanted, fewest, MOST_RAYS)) - 0.1))
 
 
 def _patches(parts: Parts, h: float) -> float:

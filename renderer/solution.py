@@ -12,7 +12,6 @@ from renderer.plan import Plan, make_plan
 from renderer.readings.photometer import Meter, luminance_sensor, make_meter
 from renderer.readings.uncertainty import half_widths
 from renderer.scene.reading import Scene
-from renderer.transport.form_factors import Exchange
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import Transport, compute_transport
 
@@ -20,6 +19,9 @@ Progress = Callable[[str], None]
 
 CHEAP = 4000
 """Patches that a finer mesh may have without a second thought."""
+MANY = 15_000
+"""Patches past which bands are compared on a coarser mesh; a mesh's error is told by one of at most
+twice as many."""
 COARSER = 1.5
 """Largest patch of one mesh over that of another, in area, for them to tell the mesh error."""
 
@@ -92,8 +94,6 @@ class Solution:
     radiosity : (n_patches, n_bands) [W m⁻² per band; weighted integrals in RGB]
     sample : which independent part of the rays this is solved with; None for all of them
     bands_solved : how many distinct systems of equations that took
-    energy_balance_error : largest |absorbed − emitted| / emitted over the bands
-    worst_patch : where the equation is solved least well
     """
 
     scene: Scene
@@ -106,8 +106,6 @@ class Solution:
     radiosity: np.ndarray
     sample: int | None
     bands_solved: int
-    energy_balance_error: float
-    worst_patch: int
     seconds: float
 
     @property
@@ -115,28 +113,43 @@ class Solution:
         """What each patch receives straight from the luminaires (n_patches, n_bands)."""
         return self.transport.direct @ self.flux
 
+    @cached_property
+    def received(self) -> np.ndarray:
+        """What each patch receives by way of the others (n_patches, n_bands)."""
+        exchange = self.transport.exchange
+        exchange = exchange if self.sample is None else exchange.replicas[self.sample]
+        return exchange.irradiance(self.radiosity)
+
     @property
     def irradiance(self) -> np.ndarray:
         """What each patch receives, direct and indirect (n_patches, n_bands)."""
-        return self.direct_irradiance + self.transport.exchange.irradiance(self.radiosity)
+        return self.direct_irradiance + self.received
 
     @cached_property
     def vertex_radiosity(self) -> np.ndarray:
         """Indirect light that each vertex reflects (n_vertices, n_bands)."""
-        every, parts = self.transport.to_vertices
-        received = (every if self.sample is None else parts[self.sample]) @ self.radiosity
-        return self.reflectance[self.transport.mesh.vertex_surface] * received
+        mesh = self.transport.mesh
+        return self.reflectance[mesh.vertex_surface] * self.transport.at_vertices(
+            self.radiosity, self.received, self.sample)
 
     @cached_property
     def patch_radiosity(self) -> np.ndarray:
         """Indirect light that each patch reflects (n_patches, n_bands)."""
-        received = self._exchange.irradiance(self.radiosity)
-        return self.reflectance[self.transport.mesh.surface] * received
+        return self.reflectance[self.transport.mesh.surface] * self.received
 
     @property
-    def _exchange(self) -> Exchange:
-        exchange = self.transport.exchange
-        return exchange if self.sample is None else exchange.replicas[self.sample]
+    def energy_balance_error(self) -> float:
+        """Largest |absorbed − emitted| / emitted over the bands."""
+        absorbed = (1 - self.reflectance[self.transport.mesh.surface]) * self.irradiance
+        emitted = self.flux.sum(axis=0)
+        apart = np.abs(self.transport.exchange.areas @ absorbed - emitted)
+        return float((apart / np.where(emitted > 0, emitted, 1.0)).max(initial=0.0))
+
+    @property
+    def worst_patch(self) -> int:
+        """Where the equation is solved least well."""
+        left = self.reflectance[self.transport.mesh.surface] * self.irradiance - self.radiosity
+        return int((self.transport.exchange.areas * np.abs(left).sum(axis=1)).argmax())
 
     def photometer(self, position, normal, name: str = "photometer") -> Reading:
         """Read a meter at a point (3,) [m] that faces along normal (3,). Raises InputError."""
@@ -183,24 +196,36 @@ class Solution:
         """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
         last on the coarser mesh, likewise."""
         fine, samples, other = self._family
-        at_other = make_meter(other.transport, position, normal, where)
-        mesh, sampling = half_widths(fine.read_lx(meter), other.read_lx(at_other),
-                                     np.array([sample.read_lx(meter) for sample in samples]),
+        meters = {id(self.transport): meter}
+
+        def lx(solution: Solution) -> np.ndarray:
+            transport = solution.transport
+            if id(transport) not in meters:
+                meters[id(transport)] = make_meter(transport, position, normal, where)
+            return solution.read_lx(meters[id(transport)])
+
+        mesh, sampling = half_widths(lx(fine), lx(other), np.array([lx(sample) for sample in samples]),
                                      other.plan.patch_size / self.plan.patch_size)
-        these, narrow = (solution.read_lx(at_other).sum() for solution in self._by_bands)
+        these, narrow = (lx(solution).sum() for solution in self._by_bands)
         return mesh, sampling, float(abs(these - narrow))
 
     @cached_property
     def _by_bands(self) -> tuple["Solution", "Solution"]:
-        """This scene on the other mesh, in these bands and in narrow ones."""
+        """This scene on a coarser mesh, in these bands and in narrow ones."""
         other = self._family[2]
-        return tuple(solve_on(self.scene, bands, other.plan, self.rooms, other.transport)
+        plan, transport = other.plan, other.transport
+        if len(transport.mesh.patches) > MANY:
+            plan = plan.times(np.sqrt(len(transport.mesh.patches) / CHEAP))
+            transport = self.rooms.transport(self.scene, plan, transport.seed + 1)
+        return tuple(solve_on(self.scene, bands, plan, self.rooms, transport)
                      for bands in (self.bands, narrow_bands()))
 
     @cached_property
     def _family(self) -> tuple["Solution", list["Solution"], "Solution"]:
-        """This scene in RGB: as it is, with each sample of the rays, and on another mesh."""
-        plan = self.plan.times(2)
+        """This scene in RGB: as it is, with each sample of the rays, and on another mesh; the samples of
+        the other, whose rays are fewer, where this has none of its own."""
+        patches = len(self.transport.mesh.patches)
+        plan = self.plan.times(max(2.0, np.sqrt(patches / (2 * MANY))))
         other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
         own = self.transport.mesh
         if COARSER * own.area.max() > other.mesh.area.max():
@@ -209,8 +234,9 @@ class Solution:
             plan = self.plan.times(1 / parts)
             other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
         bands = band_set("rgb")
-        samples = [solve_on(self.scene, bands, self.plan, self.rooms, self.transport, k)
-                   for k in range(len(self.transport.exchange.replicas))]
+        plans = (self.plan, self.transport) if self.transport.exchange.replicas else (plan, other)
+        samples = [solve_on(self.scene, bands, plans[0], self.rooms, plans[1], k)
+                   for k in range(len(plans[1].exchange.replicas))]
         return (solve_on(self.scene, bands, self.plan, self.rooms, self.transport), samples,
                 solve_on(self.scene, bands, plan, self.rooms, other))
 
@@ -245,9 +271,8 @@ def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: 
     on_patches = reflectance[transport.mesh.surface]
     solved = radiosity(exchange, on_patches[:, first], direct @ flux[:, first])
     patches = solved[:, index] * scale
-    balance, worst = _energy_balance(exchange, on_patches, direct @ flux, patches, flux)
     return Solution(scene, bands, plan, rooms, transport, reflectance, flux, patches, sample,
-                    len(first), balance, worst, time.perf_counter() - started)
+                    len(first), time.perf_counter() - started)
 
 
 def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
@@ -262,12 +287,3 @@ def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
     index = index.ravel()
     base = total[first][index]
     return first, index, np.where(base > 0, total / np.where(base > 0, base, 1.0), 0.0)
-
-
-def _energy_balance(exchange, reflectance, direct, radiosity_, flux) -> tuple[float, int]:
-    received = direct + exchange.irradiance(radiosity_)
-    absorbed = exchange.areas @ ((1 - reflectance) * received)
-    emitted = flux.sum(axis=0)
-    left = exchange.areas[:, None] * np.abs(reflectance * received - radiosity_)
-    worst = int(left.sum(axis=1).argmax())
-    return float((np.abs(absorbed - emitted) / np.where(emitted > 0, emitted, 1.0)).max(initial=0.0)), worst

@@ -10,7 +10,7 @@ from renderer.scene.luminaires import Luminaire
 from renderer.transport.contour import HORIZON, polygon_factors
 from renderer.transport.direct import direct_at
 from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
-from renderer.transport.sampling import REPLICAS, Nets
+from renderer.transport.sampling import Nets
 from renderer.transport.transport import Transport
 from renderer.transport.visibility import STAND_OFF
 
@@ -23,7 +23,7 @@ DEEPEST = 24
 READING_RAYS = 1024
 """Shadow rays from the meter itself to each luminaire, likewise."""
 SIGHT_RAYS = 4
-"""Rays from the meter to each element, in each of REPLICAS independent parts."""
+"""Rays from the meter to each element, in each independent part."""
 ELEMENT_RAYS = 4
 """Shadow rays from each element, likewise; their errors average out over thousands of elements."""
 
@@ -117,7 +117,7 @@ class Meter:
 def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> Meter:
     """A meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError."""
     spot = place(transport, position, normal, where)
-    parts = 1 if transport.visibility is None else REPLICAS
+    parts = transport.parts
     direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.visibility,
                        (transport.seed, 5), READING_RAYS, origins=spot.origin[None], parts=parts)[:, 0]
     patch, corners, factor, whole = _elements(transport, spot)
@@ -139,12 +139,12 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
 
 
 def _seen_share(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Share of each element that a meter sees past what stands between (REPLICAS, k)."""
-    square = Nets(SIGHT_RAYS, 2, (transport.seed, 6), REPLICAS).draw(len(patch))
+    """Share of each element that a meter sees past what stands between (parts, k)."""
+    square = Nets(SIGHT_RAYS, 2, (transport.seed, 6), transport.parts).draw(0, len(patch))
     targets = _within(transport.mesh, patch, corners, square)
     lifted = transport.visibility.off(targets, transport.mesh.normal[patch][:, None]).reshape(-1, 3)
     clear = transport.visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
-    return clear.reshape(len(patch), REPLICAS, SIGHT_RAYS).mean(axis=2).T
+    return clear.reshape(len(patch), transport.parts, SIGHT_RAYS).mean(axis=2).T
 
 
 def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.ndarray, where: str):

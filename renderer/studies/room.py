@@ -69,7 +69,7 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     def solved(rho: np.ndarray, light: np.ndarray) -> Solution:
         radiosity_ = radiosity(transport.exchange, rho[transport.mesh.surface], transport.direct @ light)
         return Solution(scene, bands["31"], plan, rooms, transport, rho, light, radiosity_, sample=None,
-                        bands_solved=rho.shape[1], energy_balance_error=0.0, worst_patch=0, seconds=0.0)
+                        bands_solved=rho.shape[1], seconds=0.0)
 
     columns = []
     for band in bands.values():

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.transport.patches import Mesh
-from renderer.transport.visibility import in_threads
+from renderer.transport.threads import in_threads
 
 HORIZON = 2e-9
 """Heights above a point's tangent plane below this, relative to the room, count as in the plane."""

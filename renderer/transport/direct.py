@@ -4,14 +4,18 @@ import numpy as np
 
 from renderer.scene.luminaires import Luminaire
 from renderer.transport.contour import exchange_areas, polygon_factors
-from renderer.transport.form_factors import Exchange
+from renderer.transport.exchange import Exchange
 from renderer.transport.patches import Mesh
 from renderer.transport.sampling import REPLICAS, Nets
-from renderer.transport.visibility import CHUNK, Visibility, in_threads
+from renderer.transport.threads import CHUNK, in_threads
+from renderer.transport.visibility import Visibility
 
 PATCH_POINTS, PATCH_RAYS = 4, 8
 """Points on a patch, and shadow rays from each, where its direct light has no closed form: in each of
-REPLICAS independent parts."""
+so many independent parts."""
+FAR = 1 / 64
+"""A patch whose diagonal is below this share of its distance to a luminaire has its light from its
+middle: light that falls as 1/d² over that distance has a mean within 6/24 · (1/64)² of it, 6e-5."""
 SHADOW_RAYS = 64
 """Rays from a point to a luminaire with area: its penumbra in 64 steps, jittered."""
 
@@ -45,11 +49,10 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
     nets = Nets(rays, 2, seed, parts)
     share = np.empty((parts, len(points)))
     step = max(1, CHUNK // (rays * parts))
-    draws = {s: nets.draw(min(len(points), s + step) - s) for s in range(0, len(points), step)}
 
     def work(start: int, stop: int) -> None:
         origins = points[start:stop, None]
-        targets = spread(luminaire, draws.pop(start))
+        targets = spread(luminaire, nets.draw(start, stop))
         reach = targets - origins
         distance2 = np.maximum(np.einsum("kri,kri->kr", reach, reach), 1e-300)
         weight = (np.clip(np.einsum("kri,ki->kr", reach, normals[start:stop]), 0, None)
@@ -138,23 +141,23 @@ def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminair
 
 
 def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire],
-                      visibility: Visibility | None, seed: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Mean illuminance of each patch per lumen (REPLICAS, n_patches, n_luminaires) [m⁻²], in
-    independent samples; just one where nothing can stand between.
+                      visibility: Visibility | None, seed: tuple[int, ...],
+                      parts: int) -> tuple[np.ndarray, np.ndarray]:
+    """Mean illuminance of each patch per lumen (parts, n_patches, n_luminaires) [m⁻²], in so many
+    independent samples: one where nothing can stand between.
 
     In closed form where nothing stands between; times the share that gets past what does. All
     lumens arrive somewhere: each luminaire's sum is scaled to 1. Returns also what was missing
     from that sum before (n_luminaires,).
     """
     live = np.flatnonzero(exchange.areas > 0)
-    parts = 1 if visibility is None else REPLICAS
     mean = np.zeros((parts, len(mesh.patches), len(luminaires)))
     for index, lum in enumerate(luminaires):
         flux = _unoccluded_flux(mesh, live, lum, (*seed, index, 0))
         mean[:, live, index] = flux / exchange.areas[live]
         if visibility is not None:
             lit = live[flux > 0]
-            mean[:, lit, index] *= _share_on(mesh, lit, lum, visibility, (*seed, index, 1))
+            mean[:, lit, index] *= _share_on(mesh, lit, lum, visibility, (*seed, index, 1), parts)
     arrived = exchange.areas @ mean
     return mean / np.where(arrived > 0, arrived, 1.0)[:, None], 1 - arrived.mean(axis=0)
 
@@ -173,15 +176,28 @@ def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.
     side = (lum.outline[None] - mesh.centroid[patch, None]) @ mesh.normal[patch][:, :, None]
     flux = np.zeros(len(patch))
     whole = (height >= -slack).all(axis=1) & (side[..., 0] >= -slack).all(axis=1) & front
-    outline = np.broadcast_to(lum.outline, (int(whole.sum()), *lum.outline.shape))
-    flux[whole] = exchange_areas(corners[whole], outline) / lum.area
+    flux[whole] = _lit_whole(mesh, patch[whole], lum)
     # The luminaire's plane cuts these patches, or theirs cuts it: point by point.
     part = np.flatnonzero(~whole & (height > slack).any(axis=1) & (side[..., 0] > slack).any(axis=1))
     if len(part):
-        points, normals = _points_on(mesh, patch[part], seed)
+        points, normals = _points_on(mesh, patch[part], seed, REPLICAS)
         at = unoccluded(points, normals, [lum]).reshape(len(part), -1)
         flux[part] = at.mean(axis=1) * mesh.area[patch[part]]
     return flux
+
+
+def _lit_whole(mesh: Mesh, patch: np.ndarray, lum: Luminaire) -> np.ndarray:
+    """Share of a flat luminaire's lumens on patches wholly before it, as it is before them (k,)."""
+    away = mesh.centroid[patch] - lum.center
+    radius = np.linalg.norm(lum.outline - lum.center, axis=1).max()
+    distance = np.maximum(away @ lum.normal, np.linalg.norm(away, axis=1) - radius)  # at the least
+    far = np.linalg.norm(mesh.corners[patch, 2] - mesh.corners[patch, 0], axis=1) < FAR * distance
+    outline = np.broadcast_to(lum.outline, (len(patch), *lum.outline.shape))
+    flux = np.empty(len(patch))
+    flux[~far] = exchange_areas(mesh.corners[patch[~far]], outline[~far])
+    flux[far] = mesh.area[patch[far]] * polygon_factors(mesh.centroid[patch[far]], mesh.normal[patch[far]],
+                                                        outline[far])
+    return flux / lum.area
 
 
 def _solid_angles(corners: np.ndarray) -> np.ndarray:
@@ -198,16 +214,17 @@ def _solid_angles(corners: np.ndarray) -> np.ndarray:
     return total
 
 
-def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, visibility: Visibility, seed) -> np.ndarray:
-    """Share of a luminaire's light on each patch that gets past what stands between (REPLICAS, k)."""
-    points, normals = _points_on(mesh, patch, seed)
-    shape = (len(patch), REPLICAS, PATCH_POINTS)
+def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, visibility: Visibility, seed,
+              parts: int) -> np.ndarray:
+    """Share of a luminaire's light on each patch that gets past what stands between (parts, k)."""
+    points, normals = _points_on(mesh, patch, seed, parts)
+    shape = (len(patch), parts, PATCH_POINTS)
     total = unoccluded(points, normals, [lum]).reshape(shape).sum(axis=2)
     past = direct_at(points, normals, [lum], visibility, seed, PATCH_RAYS).reshape(shape).sum(axis=2)
     return (past / np.where(total > 0, total, 1.0)).T
 
 
-def _points_on(mesh: Mesh, patch: np.ndarray, seed) -> tuple[np.ndarray, np.ndarray]:
-    """REPLICAS times PATCH_POINTS points all over each patch, and their normals (k · points, 3)."""
-    points = mesh.spread(patch, Nets(PATCH_POINTS, 2, seed, REPLICAS).draw(len(patch)))
+def _points_on(mesh: Mesh, patch: np.ndarray, seed, parts: int) -> tuple[np.ndarray, np.ndarray]:
+    """`parts` times PATCH_POINTS points all over each patch, and their normals (k · points, 3)."""
+    points = mesh.spread(patch, Nets(PATCH_POINTS, 2, seed, parts).draw(0, len(patch)))
     return points.reshape(-1, 3), np.repeat(mesh.normal[patch], points.shape[1], axis=0)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,16 @@ class Mesh:
     def middle_st(self) -> np.ndarray:
         """Coordinates (s, t) of each patch's middle (n_patches, 2)."""
         return np.where(self.triangular[:, None], 1 / 3, 1 / 2) * np.ones(2)
+
+    @cached_property
+    def around_vertices(self) -> sparse.csr_array:
+        """The mean over the patches around each vertex (n_vertices, n_patches); its rows sum to 1."""
+        corners = 4 - self.triangular
+        patch = np.repeat(np.arange(len(self.patches)), corners)
+        vertex = self.patches[np.arange(4) < corners[:, None]]
+        count = np.bincount(vertex, minlength=len(self.vertices))
+        return sparse.coo_array((1 / count[vertex], (vertex, patch)),
+                                shape=(len(self.vertices), len(self.patches))).tocsr()
 
     def at(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Points corner + s u + t v of the patches (k, 3) [m]; s and t from 0 to 1."""

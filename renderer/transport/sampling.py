@@ -18,15 +18,18 @@ class Nets:
     def __init__(self, n: int, dimensions: int, seed: tuple[int, ...], parts: int = 1):
         from scipy.stats.qmc import Sobol
 
-        self._random = np.random.default_rng(seed)
-        nets = [Sobol(dimensions, bits=BITS, rng=self._random).random(n) for _ in range(parts)]
+        random = np.random.default_rng(seed)
+        nets = [Sobol(dimensions, bits=BITS, rng=random).random(n) for _ in range(parts)]
+        self._seed = seed
         self._nets = (np.array(nets) * 2**BITS).astype(np.uint32)
 
-    def draw(self, count: int) -> np.ndarray:
-        """The next `count` nets of each part (count, parts · n, dimensions)."""
+    def draw(self, start: int, stop: int) -> np.ndarray:
+        """Nets for items start to stop (stop − start, parts · n, dimensions): alike for equal `start`,
+        whichever core asks first."""
         parts, n, dimensions = self._nets.shape
-        shift = self._random.integers(2**BITS, size=(count, parts, 1, dimensions), dtype=np.uint32)
-        shifted = (self._nets ^ shift).reshape(count, parts * n, dimensions)
+        random = np.random.default_rng((*self._seed, start, n))
+        shift = random.integers(2**BITS, size=(stop - start, parts, 1, dimensions), dtype=np.uint32)
+        shifted = (self._nets ^ shift).reshape(stop - start, parts * n, dimensions)
         return shifted * 2.0**-BITS + 2.0 ** -(BITS + 1)
 
 

@@ -15,10 +15,11 @@ from renderer.scene.reading import Scene
 from renderer.scene.rooms import Room
 from renderer.transport.contour import HORIZON, point_factors
 from renderer.transport.direct import direct_on_patches
+from renderer.transport.exchange import Exchange
 from renderer.transport.form_factors import (
-    Exchange,
     contour_exchange,
     gather_by_rays,
+    independent_parts,
     ray_exchange,
 )
 from renderer.transport.mesh import build_mesh
@@ -70,6 +71,22 @@ class Transport:
         """What a camera looks through: rays are cast even where light needs none."""
         return self.visibility or Visibility(self.mesh)
 
+    @property
+    def parts(self) -> int:
+        """In how many independent samples light is known; 1 where no ray is cast."""
+        return independent_parts(len(self.mesh.patches), self.rays_per_patch)
+
+    def at_vertices(self, radiosity: np.ndarray, received: np.ndarray, sample: int | None) -> np.ndarray:
+        """What each vertex receives by way of the patches (n_vertices, n_bands).
+
+        radiosity, received : (n_patches, n_bands), what each patch sends, and receives by way of the others;
+        sample : from which independent part of the rays; None for all.
+        """
+        if self.visibility is not None and self.parts == 1:
+            return self.mesh.around_vertices @ received
+        every, parts = self.to_vertices
+        return (every if sample is None else parts[sample]) @ radiosity
+
     @cached_property
     def to_vertices(self) -> tuple:
         """What each vertex receives per unit radiosity of each patch (n_vertices, n_patches), and the
@@ -116,7 +133,8 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int) -> 
         exchange = contour_exchange(mesh)
     else:
         exchange = ray_exchange(mesh, visibility, rays, (seed, 1))
-    direct, lost = direct_on_patches(mesh, exchange, luminaires, visibility, (seed, 2))
+    parts = independent_parts(len(mesh.patches), rays)
+    direct, lost = direct_on_patches(mesh, exchange, luminaires, visibility, (seed, 2), parts)
     _refuse_hidden(scene, exchange, luminaires, lost)
     return Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed, visibility, exchange,
                      direct, time.perf_counter() - started)

@@ -4,9 +4,7 @@ The scene is moved to its middle and scaled to unit size in float64 before it is
 are relative and a room of 1 mm or 10 km, or one far from the origin, behaves alike.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from os import cpu_count
 from threading import Lock
 
 import numpy as np
@@ -15,8 +13,8 @@ from embreex.rtcore_scene import EmbreeScene
 
 from renderer.scene.reading import STAND_OFF
 from renderer.transport.patches import Mesh
+from renderer.transport.threads import CHUNK, in_threads
 
-CHUNK = 1 << 18
 PROBE_POINTS, PROBE_RAYS = 5, 9
 """Points on a patch beside its corners, and rays from each, that tell whether it is covered up."""
 COVERED_BY_COVERED = 4
@@ -25,17 +23,6 @@ COVERED_BY_COVERED = 4
 NOTHING, INSIDE = -1, -2
 """What a ray met when it met no patch: nothing at all, or the back of a surface (it started
 inside a solid or outside the room)."""
-
-
-def in_threads(work, n: int, chunk: int = CHUNK) -> None:
-    """Call work(start, stop) for slices of n, on every core; Embree and numpy release the GIL."""
-    starts = range(0, n, chunk)
-    if len(starts) == 1:
-        work(0, n)
-        return
-    with ThreadPoolExecutor(cpu_count()) as pool:
-        for done in [pool.submit(work, s, min(n, s + chunk)) for s in starts]:
-            done.result()
 
 
 @dataclass
@@ -63,17 +50,23 @@ class Visibility:
     def _covered(self) -> np.ndarray:
         """Exposed patches of which every probed point is inside a solid or outside the room."""
         patch = np.flatnonzero(self.exposed)
+        # Most patches are told by their middle alone.
+        patch = patch[self._all_inside(patch, self.mesh.centroid[patch][:, None])]
         # The corners, a little inward, and some places between: a convex foot that covers the
         # corners covers all.
         middle = self.mesh.centroid[patch][:, None]
         corners = self.mesh.corners[patch] + 1e-3 * (middle - self.mesh.corners[patch])
         square = np.random.default_rng(0).random((len(patch), PROBE_POINTS, 2))
         points = np.concatenate([corners, self.mesh.spread(patch, square)], axis=1)
+        covered = np.zeros(len(self.exposed), dtype=bool)
+        covered[patch] = self._all_inside(patch, points)
+        return covered
+
+    def _all_inside(self, patch: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Whether all of the points (k, n, 3) on each patch are inside a solid or outside the room (k,)."""
         normals = np.repeat(self.mesh.normal[patch], points.shape[1], axis=0)
         inside = self.inside_solid(self.off(points.reshape(-1, 3), normals), normals)
-        covered = np.zeros(len(self.exposed), dtype=bool)
-        covered[patch] = inside.reshape(points.shape[:2]).all(axis=1)
-        return covered
+        return inside.reshape(points.shape[:2]).all(axis=1)
 
     def inside_solid(self, origins: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Whether points off their surface are inside a solid or outside the room (k,).

@@ -1,0 +1,207 @@
+"""The exchange operator: one for every band and every material.
+
+It is S_ij = A_i F_ij, the exchange areas [m²], made symmetric (reciprocity) and scaled so that row i
+sums to A_i (closure); with both, a solve conserves energy to rounding. The errors before that are
+kept and reported.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, cg
+
+from renderer.transport.patches import Mesh
+from renderer.transport.threads import in_threads
+
+CLOSED, CLOSED_BY_RAYS = 1e-12, 1e-4
+"""Row sums are scaled to this share of the area: in a large mesh until less is missing than its rays
+tell; the rest a patch sends to itself, so that nothing is lost."""
+STALLED = 8
+"""Balancing steps in which the error must have halved, or it has stalled."""
+DENSE, SMALL = 0.03, 4000
+"""Above this share of non-zeros a dense product is faster than a sparse one (measured), and up to so many
+patches it is taken for that alone; of larger meshes, where it also takes less memory."""
+WORTHWHILE = 1 << 22
+"""Entries from which a product is split among cores."""
+CLUSTERS = 1000
+"""About how many clusters stand for a large mesh where its whole is solved first."""
+
+
+@dataclass(frozen=True)
+class Counted:
+    """The symmetric matrix R + Rᵀ + D of a large mesh, kept as R and Rᵀ by rows: every product is a
+    gather, split among cores, and the sum is never formed.
+
+    given, taken : R and Rᵀ (n, n); diagonal : (n,)
+    """
+
+    given: sparse.csr_array
+    taken: sparse.csr_array
+    diagonal: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.given.shape
+
+    def __matmul__(self, x: np.ndarray) -> np.ndarray:
+        product = np.empty(x.shape)
+
+        def work(start: int, stop: int) -> None:
+            own = x[start:stop]
+            of_own = self.diagonal[start:stop]
+            product[start:stop] = of_own[:, None] * own if x.ndim > 1 else of_own * own
+            for matrix in (self.given, self.taken):
+                product[start:stop] += _rows(matrix, start, stop) @ x
+
+        in_threads(work, len(x), self._slice)
+        return product
+
+    @property
+    def _slice(self) -> int:
+        """Rows that one core takes at a time."""
+        rows = len(self.diagonal)
+        return max(1, rows if self.given.nnz < WORTHWHILE else rows * WORTHWHILE // self.given.nnz)
+
+    def scaled(self, scale: np.ndarray) -> "Counted":
+        """The same from both sides times `scale` (n,)."""
+        return self._times(lambda row, column: scale[row] * scale[column], self.diagonal * scale**2)
+
+    def closed(self, areas: np.ndarray) -> "Counted":
+        """Lowered where rows pass `areas` (n,) [m²]; what is then missing is on the diagonal."""
+        sums = self @ np.ones(len(areas))
+        share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
+        lowered = self._times(lambda row, column: np.minimum(share[row], share[column]),
+                              self.diagonal * share)
+        return Counted(lowered.given, lowered.taken,
+                       lowered.diagonal + areas - lowered @ np.ones(len(areas)))
+
+    def _times(self, factor, diagonal: np.ndarray) -> "Counted":
+        """Every entry times factor(row, column)."""
+        changed = []
+        for matrix in (self.given, self.taken):
+            data = np.empty_like(matrix.data)
+
+            def work(start: int, stop: int, matrix=matrix, data=data) -> None:
+                part = slice(matrix.indptr[start], matrix.indptr[stop])
+                row = np.repeat(np.arange(start, stop), np.diff(matrix.indptr[start:stop + 1]))
+                data[part] = matrix.data[part] * factor(row, matrix.indices[part])
+
+            in_threads(work, len(diagonal), self._slice)
+            changed.append(sparse.csr_array((data, matrix.indices, matrix.indptr), shape=matrix.shape))
+        return Counted(*changed, diagonal)
+
+
+def _rows(matrix: sparse.csr_array, start: int, stop: int) -> sparse.csr_array:
+    """Some rows of a matrix, nothing copied."""
+    first, last = matrix.indptr[start], matrix.indptr[stop]
+    return sparse.csr_array((matrix.data[first:last], matrix.indices[first:last],
+                             matrix.indptr[start:stop + 1] - first), shape=(stop - start, matrix.shape[1]))
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """The exchange operator of a mesh.
+
+    areas : (n,) exposed area of each patch [m²]
+    matrix : (n, n) symmetric, S_ij [m²]; rows sum to `areas`
+    closure_error : max |Σ_j F_ij − 1|, before balancing
+    reciprocity_error : max |S_ab − S_ba| between two surfaces, of the smaller area, before balancing
+    worst_patch : where the closure error is largest
+    worst_pair : the two surfaces with the largest reciprocity error
+    cluster : (n,) to which cluster of neighbours each patch belongs
+    replicas : the same from independent parts of the rays; none where no ray was cast, or few
+    """
+
+    areas: np.ndarray
+    matrix: np.ndarray | Counted
+    closure_error: float
+    reciprocity_error: float
+    worst_patch: int
+    worst_pair: tuple[int, int]
+    cluster: np.ndarray
+    replicas: tuple["Exchange", ...] = ()
+
+    def irradiance(self, radiosity: np.ndarray) -> np.ndarray:
+        """What each patch receives from the others (n, bands), from radiosity (n, bands)."""
+        areas = np.where(self.areas > 0, self.areas, 1.0)
+        return (self.matrix @ radiosity) / areas[:, None]
+
+    @cached_property
+    def between_clusters(self) -> np.ndarray:
+        """Exchange areas of whole clusters (m, m) [m²]."""
+        member = members(self.cluster)
+        if isinstance(self.matrix, np.ndarray):
+            return member @ (member @ self.matrix).T
+        own = np.diag(member @ self.matrix.diagonal)
+        half = (member @ self.matrix.given @ member.T).toarray()
+        return half + half.T + own
+
+
+def better_dense(n: int, entries: int) -> bool:
+    """Whether a matrix of n rows with so many entries, repetitions included, had better be dense."""
+    return entries > DENSE * n * n if n <= SMALL else 12 * entries > 8 * n * n
+
+
+def members(group: np.ndarray) -> sparse.csr_array:
+    """Which patches each group has (n_groups, n_patches), from each patch's group (n_patches,)."""
+    return sparse.csr_array((np.ones(len(group)), (group, np.arange(len(group)))))
+
+
+def clusters(mesh: Mesh) -> np.ndarray:
+    """To which of about CLUSTERS groups of neighbours, each of one surface, each patch belongs (n,)."""
+    low, scale = mesh.bounds[0], mesh.scale
+    cells = max(1, int(scale / np.sqrt(mesh.area.sum() / CLUSTERS)))
+    place = np.clip(((mesh.centroid - low) / scale * cells).astype(np.int64), 0, cells - 1)
+    key = ((mesh.surface * cells + place[:, 0]) * cells + place[:, 1]) * cells + place[:, 2]
+    return np.unique(key, return_inverse=True)[1].ravel()
+
+
+def reciprocity(raw, surface: np.ndarray, areas: np.ndarray) -> tuple[float, tuple[int, int]]:
+    """Largest |S_ab − S_ba| between two surfaces, relative to the smaller one's area; and those two."""
+    member = members(surface)
+    between = member @ (member @ raw).T
+    between = between.toarray() if sparse.issparse(between) else between
+    area = np.bincount(surface, areas)
+    smaller = np.minimum(area[:, None], area)
+    apart = np.abs(between - between.T) / np.where(smaller > 0, smaller, np.inf)
+    return float(apart.max()), tuple(int(k) for k in np.unravel_index(apart.argmax(), apart.shape))
+
+
+def balance(matrix, areas: np.ndarray):
+    """Scale a symmetric matrix from both sides so that its rows sum to `areas`.
+
+    Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by
+    s_i d_i + Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013).
+    Few rays may leave a pattern that no scaling closes; what is then missing a patch sends to itself.
+    """
+    live = areas > 0
+    scale = live.astype(float)
+    root = np.sqrt(np.where(live, areas, 1.0))  # the system's own unit: eigenvalues 0 to 2
+    enough = CLOSED_BY_RAYS if isinstance(matrix, Counted) else CLOSED
+    worst = []
+    for _ in range(50):
+        sums = np.where(live, scale * (matrix @ scale), 1.0)
+        missing = np.where(live, areas - sums, 0.0)
+        worst.append(np.abs(missing[live] / areas[live]).max(initial=0.0))
+        if worst[-1] < enough or (len(worst) > STALLED and worst[-1] > worst[-STALLED] / 2):
+            break
+
+        def moved(d, sums=sums, side=scale / root):
+            return sums / root**2 * d + side * (matrix @ (side * d))
+
+        system = LinearOperator(matrix.shape, moved, dtype=float)
+        step, _ = cg(system, missing / root, rtol=1e-3, maxiter=50)
+        scale *= np.exp(np.clip(step / root, -1, 1))
+        scale[live] = np.clip(scale[live], 0.1, 10)  # past that no scaling would help
+    if isinstance(matrix, Counted):
+        return matrix.scaled(scale).closed(areas)
+    matrix = matrix * scale[:, None] * scale
+    if worst[-1] < CLOSED:
+        return matrix
+    sums = matrix.sum(axis=1)
+    share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
+    lowered = matrix * np.minimum(share[:, None], share)
+    return lowered + np.diag(areas - lowered.sum(axis=1))
