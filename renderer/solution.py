@@ -8,13 +8,18 @@ from functools import cached_property
 import numpy as np
 
 from renderer.colour.bands import BandSet, band_set, narrow_bands
+from renderer.colour.lamps import spectral_flux
 from renderer.plan import Plan, make_plan
+from renderer.readings.grid import GridReading, readable, summarise
 from renderer.readings.photometer import Meter, luminance_sensor, make_meter
-from renderer.readings.uncertainty import half_widths
+from renderer.readings.reconstruction import reconstructed
+from renderer.readings.uncertainty import Figure, half_widths
+from renderer.scene.grids import Grid
 from renderer.scene.reading import Scene
 from renderer.transport.form_factors import Exchange
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import Transport, compute_transport
+from renderer.transport.visibility import in_threads
 
 Progress = Callable[[str], None]
 
@@ -28,6 +33,7 @@ COARSER = 1.5
 class Reading:
     """What a photometer shows; by band (n_bands,) [W m⁻² per band; lx-weighted in RGB].
 
+    power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None in RGB, whose bands are no spectrum
     mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
     band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
     """
@@ -37,15 +43,21 @@ class Reading:
     normal: np.ndarray
     direct: np.ndarray
     indirect: np.ndarray
+    power: np.ndarray | None
     bands: BandSet
     mesh_error: float
     sampling_error: float
     band_error: float
 
     @property
+    def figure(self) -> Figure:
+        """The total illuminance with its error bar [lx]."""
+        return Figure(self.name, self.total_lx, self.mesh_error, self.sampling_error)
+
+    @property
     def uncertainty(self) -> float:
         """95 % half-width of the total illuminance [lx]: mesh and sampling together."""
-        return float(np.hypot(self.mesh_error, self.sampling_error))
+        return self.figure.uncertainty
 
     @property
     def total(self) -> np.ndarray:
@@ -145,12 +157,49 @@ class Solution:
         facing = normal / np.linalg.norm(normal)
         meter = make_meter(self.transport, position, facing, where)
         direct, indirect = self.read(meter)
-        return Reading(name, position, normal, direct, indirect.sum(axis=0), self.bands,
+        return Reading(name, position, normal, direct, indirect.sum(axis=0),
+                       self._power(meter, indirect.sum(axis=0)), self.bands,
                        *self._errors(meter, position, facing, where))
+
+    def _power(self, meter: Meter, indirect: np.ndarray) -> np.ndarray | None:
+        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹]: straight from each lamp exactly, by way of the
+        surfaces as the bands say (n_bands,); None in RGB."""
+        if self.bands.edges is None:
+            return None
+        lamps = np.array([spectral_flux(lamp, lum.lumens) for lum, lamp in
+                          zip(self.scene.luminaires, self.scene.lamps, strict=True)]).reshape(-1, 471)
+        reflected = reconstructed(indirect, self.flux.sum(axis=0), lamps.sum(axis=0), self.bands)
+        return meter.direct.mean(axis=0) @ lamps + reflected
 
     def photometers(self) -> list[Reading]:
         """Read the scene's own photometers."""
         return [self.photometer(p.position, p.normal, p.name) for p in self.scene.photometers]
+
+    def grid(self, grid: Grid) -> GridReading:
+        """Read a meter at each point of a grid. Raises InputError where it can stand at none."""
+        where = f"{self.scene.path}: photometer_grids {grid.name!r}"
+        fine, samples, other = self._family
+        read = readable(self.transport, grid, where)
+        points = grid.points[read]
+        rows = [None] * len(points)
+
+        def work(start: int, stop: int) -> None:
+            for k in range(start, stop):
+                meter = make_meter(self.transport, points[k], grid.normal, where)
+                at_other = make_meter(other.transport, points[k], grid.normal, where)
+                rows[k] = [solution.read_lx(meter) for solution in (self, fine, *samples)]
+                rows[k] += [solution.read_lx(at_other) for solution in (other, *self._by_bands)]
+
+        work(0, 1)  # makes what all points share
+        in_threads(lambda start, stop: work(start + 1, stop + 1), len(points) - 1, 1)
+        own, first, *parts, last, these, narrow = np.array(rows).swapaxes(0, 1)
+        return summarise(grid, read, own, first, last, np.array(parts).reshape(-1, *own.shape),
+                         other.plan.patch_size / self.plan.patch_size,
+                         float(abs((these - narrow).sum(axis=1).mean())))
+
+    def grids(self) -> list[GridReading]:
+        """Read the scene's own grids."""
+        return [self.grid(grid) for grid in self.scene.grids]
 
     def luminance(self, position, direction) -> float:
         """Luminance [cd/m²] that an eye at a point (3,) [m] sees along a direction (3,).
@@ -176,8 +225,21 @@ class Solution:
 
     def read_lx(self, meter: Meter) -> np.ndarray:
         """What the luminaires and each surface send [lx] (1 + n_surfaces,)."""
-        direct, indirect = self.read(meter)
-        return np.vstack([direct, indirect]) @ self.bands.luminous
+        flux, once, vertices, patches = self._luminous
+        samples = slice(None) if self.sample is None else slice(self.sample, self.sample + 1)
+        sensors = meter.sensors[samples]
+        indirect = sum(sensor.direct @ once + sensor.indirect @ vertices + sensor.means @ patches
+                       for sensor in sensors) / len(sensors)
+        return np.concatenate([[meter.direct[samples].mean(axis=0) @ flux], indirect])
+
+    @cached_property
+    def _luminous(self) -> tuple[np.ndarray, ...]:
+        """What sensors add up, in lumens: flux of each luminaire, direct light reflected once (surface ×
+        luminaire), indirect light that vertices and patches reflect."""
+        luminous = self.bands.luminous
+        once = (self.reflectance[:, None, :] * self.flux[None]) @ luminous
+        return (self.flux @ luminous, once.ravel(), self.vertex_radiosity @ luminous,
+                self.patch_radiosity @ luminous)
 
     def _errors(self, meter: Meter, position, normal, where) -> tuple[float, float, float]:
         """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
