@@ -7,7 +7,9 @@ import numpy as np
 from renderer.colour.lamps import mean_light
 from renderer.readings.alpha_opic import RECEPTORS, alpha_opic, daylight_ratio, equivalent_daylight
 from renderer.readings.colorimetry import COLOUR, FARTHEST, chromaticity, colour_of, colour_temperature
+from renderer.readings.glare import Glare
 from renderer.readings.grid import GridReading
+from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import Scene
 from renderer.solution import Reading, Solution
 
@@ -116,6 +118,32 @@ def solution_record(solution: Solution, readings: list[Reading], accuracy: float
     return {**of_run(solution, accuracy, seconds), "lamps": (lamps := lamps_record(solution.scene)),
             "readings": [reading_record(reading, lamps) for reading in readings],
             "grids": [grid_record(grid) for grid in grids]}
+
+
+def luminance_record(figure: Figure, position, direction, angle: float | None) -> dict:
+    """One spot meter; angle : full, in degrees, None for a pixel."""
+    return {"name": figure.name, "position": [float(x) for x in position],
+            "direction": [float(x) for x in direction], "angle_deg": angle,
+            "luminance_cd_m2": figure.value, "uncertainty_cd_m2": figure.uncertainty}
+
+
+def surface_records(solution: Solution, figures: list[Figure]) -> list[dict]:
+    """Mean luminance of surfaces, and of luminaires along their normals."""
+    lamps = solution.flux @ solution.bands.luminous
+    found = [(f.name, f.value, f.uncertainty) for f in figures]
+    found += [(lum.name, float(lumens * lum.intensity(lum.normal) / lum.area), 0.0)
+              for lum, lumens in zip(solution.scene.luminaires, lamps, strict=True) if lum.area > 0]
+    return [dict(zip(("name", "luminance_cd_m2", "uncertainty_cd_m2"), row, strict=True)) for row in found]
+
+
+def glare_record(glare: Glare) -> dict:
+    """One observer's rating; `reason` says why there is none, `notes` what it was not made for."""
+    return {"name": glare.name, "position": [float(x) for x in glare.position],
+            "direction": [float(x) for x in glare.direction], "ugr": glare.rating,
+            "uncertainty": glare.uncertainty, "background_luminance_cd_m2": glare.background,
+            "indirect_illuminance_lx": glare.indirect.value, "reason": glare.reason, "notes": glare.notes,
+            "luminaires": [{"name": s.name, "luminance_cd_m2": s.luminance, "solid_angle_sr": s.solid_angle,
+                            "position_index": s.position_index, "share": s.share} for s in glare.sources]}
 
 
 def of_run(solution: Solution, accuracy: float, seconds: float) -> dict:

@@ -10,16 +10,14 @@ import numpy as np
 from renderer.colour.bands import BandSet, band_set, narrow_bands
 from renderer.colour.lamps import spectral_flux
 from renderer.plan import Plan, make_plan
-from renderer.readings.grid import GridReading, readable, summarise
-from renderer.readings.photometer import Meter, luminance_sensor, make_meter
+from renderer.readings.luminance import luminance_meter
+from renderer.readings.photometer import Meter, make_meter
 from renderer.readings.reconstruction import reconstructed
 from renderer.readings.uncertainty import Figure, half_widths
-from renderer.scene.grids import Grid
 from renderer.scene.reading import Scene
 from renderer.transport.form_factors import Exchange
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import Transport, compute_transport
-from renderer.transport.visibility import in_threads
 
 Progress = Callable[[str], None]
 
@@ -175,43 +173,16 @@ class Solution:
         """Read the scene's own photometers."""
         return [self.photometer(p.position, p.normal, p.name) for p in self.scene.photometers]
 
-    def grid(self, grid: Grid) -> GridReading:
-        """Read a meter at each point of a grid. Raises InputError where it can stand at none."""
-        where = f"{self.scene.path}: photometer_grids {grid.name!r}"
-        fine, samples, other = self._family
-        read = readable(self.transport, grid, where)
-        points = grid.points[read]
-        rows = [None] * len(points)
-
-        def work(start: int, stop: int) -> None:
-            for k in range(start, stop):
-                meter = make_meter(self.transport, points[k], grid.normal, where)
-                at_other = make_meter(other.transport, points[k], grid.normal, where)
-                rows[k] = [solution.read_lx(meter) for solution in (self, fine, *samples)]
-                rows[k] += [solution.read_lx(at_other) for solution in (other, *self._by_bands)]
-
-        work(0, 1)  # makes what all points share
-        in_threads(lambda start, stop: work(start + 1, stop + 1), len(points) - 1, 1)
-        own, first, *parts, last, these, narrow = np.array(rows).swapaxes(0, 1)
-        return summarise(grid, read, own, first, last, np.array(parts).reshape(-1, *own.shape),
-                         other.plan.patch_size / self.plan.patch_size,
-                         float(abs((these - narrow).sum(axis=1).mean())))
-
-    def grids(self) -> list[GridReading]:
-        """Read the scene's own grids."""
-        return [self.grid(grid) for grid in self.scene.grids]
-
     def luminance(self, position, direction) -> float:
         """Luminance [cd/m²] that an eye at a point (3,) [m] sees along a direction (3,).
 
         Raises InputError where the eye is outside the room or inside a solid.
         """
-        where = f"{self.scene.path}: eye"
-        sensor, emitted = luminance_sensor(self.transport, np.asarray(position, dtype=float),
-                                           np.asarray(direction, dtype=float), where)
-        light = (sensor.direct_radiosity(self.reflectance, self.flux)
-                 + sensor.indirect_radiosity(self.vertex_radiosity) + emitted @ self.flux)
-        return float(light[0] @ self.bands.luminous / np.pi)
+        direction = np.asarray(direction, dtype=float)
+        one = (direction / np.linalg.norm(direction))[None, None]
+        meter = luminance_meter(self.transport, np.asarray(position, dtype=float), one,
+                                f"{self.scene.path}: eye")
+        return float(self.read_lx(meter).sum())
 
     def read(self, meter: Meter) -> tuple[np.ndarray, np.ndarray]:
         """Direct irradiance (n_bands,), and what each surface sends (n_surfaces, n_bands)."""
@@ -223,10 +194,11 @@ class Solution:
                        for sensor in sensors) / len(sensors)
         return direct, indirect
 
-    def read_lx(self, meter: Meter) -> np.ndarray:
-        """What the luminaires and each surface send [lx] (1 + n_surfaces,)."""
+    def read_lx(self, meter: Meter, part: int | None = None) -> np.ndarray:
+        """What the luminaires and each surface send [lx] (1 + n_surfaces,), by one part of a meter or all."""
         flux, once, vertices, patches = self._luminous
-        samples = slice(None) if self.sample is None else slice(self.sample, self.sample + 1)
+        part = self.sample if part is None else part
+        samples = slice(None) if part is None else slice(part, part + 1)
         sensors = meter.sensors[samples]
         indirect = sum(sensor.direct @ once + sensor.indirect @ vertices + sensor.means @ patches
                        for sensor in sensors) / len(sensors)
@@ -244,23 +216,23 @@ class Solution:
     def _errors(self, meter: Meter, position, normal, where) -> tuple[float, float, float]:
         """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
         last on the coarser mesh, likewise."""
-        fine, samples, other = self._family
+        fine, samples, other = self.family
         at_other = make_meter(other.transport, position, normal, where)
         mesh, sampling = half_widths(fine.read_lx(meter), other.read_lx(at_other),
                                      np.array([sample.read_lx(meter) for sample in samples]),
                                      other.plan.patch_size / self.plan.patch_size)
-        these, narrow = (solution.read_lx(at_other).sum() for solution in self._by_bands)
+        these, narrow = (solution.read_lx(at_other).sum() for solution in self.by_bands)
         return mesh, sampling, float(abs(these - narrow))
 
     @cached_property
-    def _by_bands(self) -> tuple["Solution", "Solution"]:
+    def by_bands(self) -> tuple["Solution", "Solution"]:
         """This scene on the other mesh, in these bands and in narrow ones."""
-        other = self._family[2]
+        other = self.family[2]
         return tuple(solve_on(self.scene, bands, other.plan, self.rooms, other.transport)
                      for bands in (self.bands, narrow_bands()))
 
     @cached_property
-    def _family(self) -> tuple["Solution", list["Solution"], "Solution"]:
+    def family(self) -> tuple["Solution", list["Solution"], "Solution"]:
         """This scene in RGB: as it is, with each sample of the rays, and on another mesh."""
         plan = self.plan.times(2)
         other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)

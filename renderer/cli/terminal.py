@@ -37,7 +37,7 @@ def show(title: str, columns: list[str], rows: list[list[str]]) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), box=box.SIMPLE, title_justify="left")
+    table = Table(box=box.SIMPLE)
     for k, column in enumerate(columns):
         table.add_column(column, justify="left" if k == 0 else "right", no_wrap=True)
     for row in rows:
@@ -45,6 +45,7 @@ def show(title: str, columns: list[str], rows: list[list[str]]) -> None:
     console = Console()
     if not console.is_terminal:
         console = Console(width=200)
+    console.print(Text(title, style="italic"))  # a table's own title is broken to its width
     console.print(table)
 
 

@@ -84,3 +84,44 @@ def photometer_rows(record: dict) -> list[dict]:
                          "uncertainty_lx": g["uncertainty_lx"][key],
                          "uniformity": g["uniformity"] if key == "mean" else None})
     return rows
+
+
+def luminance_tables(record: dict) -> list[Table]:
+    """What spot meters read, and the mean of each surface."""
+    title = f"{record['scene']}, {record['bands']} bands, {record['patches']} patches"
+    spots = [[s["name"], "pixel" if s["angle_deg"] is None else f"{s['angle_deg']:g}°",
+              f"{s['luminance_cd_m2']:.2f}", f"± {s['uncertainty_cd_m2']:.2g}"] for s in record["spots"]]
+    means = [[s["name"], f"{s['luminance_cd_m2']:.2f}", f"± {s['uncertainty_cd_m2']:.2g}"]
+             for s in record["surfaces"]]
+    tables = [Table(f"{title}: luminance", ["spot meter", "angle", "cd/m²", "95 % cd/m²"], spots)]
+    return [*(tables if spots else []),
+            Table(f"{title}: mean luminance of surfaces; of luminaires along their normal",
+                  ["surface", "cd/m²", "95 % cd/m²"], means)]
+
+
+def luminance_rows(record: dict) -> list[dict]:
+    """A row a spot meter, then a row a surface."""
+    return [{"kind": kind, **{key: s[key] for key in ("name", "luminance_cd_m2", "uncertainty_cd_m2")}}
+            for kind, key in (("spot", "spots"), ("surface", "surfaces")) for s in record[key]]
+
+
+def glare_tables(record: dict) -> list[Table]:
+    """Each observer's rating, then what each is dazzled by, the worst first."""
+    title = f"{record['scene']}, {record['bands']} bands, {record['patches']} patches"
+    ratings = [[g["name"], number(g["ugr"], ".2f"), f"± {number(g['uncertainty'], '.1g')}",
+                f"{g['background_luminance_cd_m2']:.2f}", g["reason"] or "; ".join(g["notes"])]
+               for g in record["observers"]]
+    sources = [[g["name"], s["name"], f"{s['luminance_cd_m2']:.0f}", f"{s['solid_angle_sr']:.2g}",
+                f"{s['position_index']:.2f}", f"{s['share']:.1%}"]
+               for g in record["observers"] for s in sorted(g["luminaires"], key=lambda s: -s["share"])]
+    tables = [Table(f"{title}: unified glare rating (CIE 117)",
+                    ["observer", "UGR", "95 %", "background cd/m²", "note"], ratings),
+              Table("Luminaires in sight",
+                    ["observer", "luminaire", "cd/m²", "sr", "position index", "share of Σ L²ω/p²"], sources)]
+    return tables if sources else tables[:1]
+
+
+def glare_rows(record: dict) -> list[dict]:
+    """A row an observer."""
+    keys = ("name", "ugr", "uncertainty", "background_luminance_cd_m2", "indirect_illuminance_lx", "reason")
+    return [{key: g[key] for key in keys} for g in record["observers"]]
