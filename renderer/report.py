@@ -25,7 +25,7 @@ class Table:
 
 RGB_CANNOT = "three bands are weighted integrals, not a spectrum; use --bands 31"
 NO_LIGHT = "no light arrives"
-NOT_WHITE = f"the light is farther than Duv {FARTHEST} from white, or under 1,000 K"
+NOT_WHITE = f"the light is too far from white: Duv over {FARTHEST}, under 1,000 K, or hues missing"
 COMPARED = ("cct_K", "duv", "cri_ra", "tm30_rf", "tm30_rg", "melanopic_der")
 
 

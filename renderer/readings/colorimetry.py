@@ -30,7 +30,9 @@ def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, fl
 
     x, y = xy
     uv = np.array([4 * x, 6 * y]) / (-2 * x + 12 * y + 3)
-    cct, duv = (float(v) for v in uv_to_CCT(uv, method="Ohno 2013"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that the light is past its table: None then
+        cct, duv = (float(v) for v in uv_to_CCT(uv, method="Ohno 2013"))
     if not np.isfinite([cct, duv]).all():
         return None, None
     return (cct if abs(duv) <= FARTHEST and 1000 <= cct <= 100_000 else None), duv
@@ -47,8 +49,11 @@ def colour_of(power: np.ndarray) -> dict:
     return dict(zip(COLOUR, (None if xy is None else list(xy), cct, duv, ra, rf, rg), strict=True))
 
 
-def rendering(power: np.ndarray) -> tuple[float, float, float]:
-    """CRI R_a (CIE 13.3-1995), TM-30 R_f and R_g (ANSI/IES TM-30-18) of light (471,) at 360–830 nm, 1 nm."""
+def rendering(power: np.ndarray) -> tuple[float | None, float | None, float | None]:
+    """CRI R_a (CIE 13.3-1995), TM-30 R_f and R_g (ANSI/IES TM-30-18) of light (471,) at 360–830 nm, 1 nm.
+
+    None for one that such light has not: far from white some hue bins of R_g stay empty.
+    """
     import colour
 
     curve = colour.SpectralDistribution(power / power.max(), cie_1931()[0])
@@ -56,4 +61,4 @@ def rendering(power: np.ndarray) -> tuple[float, float, float]:
         warnings.simplefilter("ignore")  # that it trims its tables to the lamp's range
         ra = colour.colour_rendering_index(curve)
         tm30 = colour.quality.colour_fidelity_index_ANSIIESTM3018(curve, additional_data=True)
-    return float(ra), float(tm30.R_f), float(tm30.R_g)
+    return tuple(float(x) if np.isfinite(x) else None for x in (ra, tm30.R_f, tm30.R_g))
