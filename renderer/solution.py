@@ -8,9 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from renderer.colour.bands import BandSet, band_set, narrow_bands
+from renderer.colour.lamps import spectral_flux
 from renderer.plan import Plan, make_plan
-from renderer.readings.photometer import Meter, luminance_sensor, make_meter
-from renderer.readings.uncertainty import half_widths
+from renderer.readings.luminance import luminance_meter
+from renderer.readings.photometer import Meter, make_meter
+from renderer.readings.reconstruction import reconstructed
+from renderer.readings.uncertainty import Figure, half_widths
 from renderer.scene.reading import Scene
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import Transport, compute_transport
@@ -30,6 +33,7 @@ COARSER = 1.5
 class Reading:
     """What a photometer shows; by band (n_bands,) [W m⁻² per band; lx-weighted in RGB].
 
+    power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None in RGB, whose bands are no spectrum
     mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
     band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
     """
@@ -39,15 +43,21 @@ class Reading:
     normal: np.ndarray
     direct: np.ndarray
     indirect: np.ndarray
+    power: np.ndarray | None
     bands: BandSet
     mesh_error: float
     sampling_error: float
     band_error: float
 
     @property
+    def figure(self) -> Figure:
+        """The total illuminance with its error bar [lx]."""
+        return Figure(self.name, self.total_lx, self.mesh_error, self.sampling_error)
+
+    @property
     def uncertainty(self) -> float:
         """95 % half-width of the total illuminance [lx]: mesh and sampling together."""
-        return float(np.hypot(self.mesh_error, self.sampling_error))
+        return self.figure.uncertainty
 
     @property
     def total(self) -> np.ndarray:
@@ -158,8 +168,19 @@ class Solution:
         facing = normal / np.linalg.norm(normal)
         meter = make_meter(self.transport, position, facing, where)
         direct, indirect = self.read(meter)
-        return Reading(name, position, normal, direct, indirect.sum(axis=0), self.bands,
+        return Reading(name, position, normal, direct, indirect.sum(axis=0),
+                       self._power(meter, indirect.sum(axis=0)), self.bands,
                        *self._errors(meter, position, facing, where))
+
+    def _power(self, meter: Meter, indirect: np.ndarray) -> np.ndarray | None:
+        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹]: straight from each lamp exactly, by way of the
+        surfaces as the bands say (n_bands,); None in RGB."""
+        if self.bands.edges is None:
+            return None
+        lamps = np.array([spectral_flux(lamp, lum.lumens) for lum, lamp in
+                          zip(self.scene.luminaires, self.scene.lamps, strict=True)]).reshape(-1, 471)
+        reflected = reconstructed(indirect, self.flux.sum(axis=0), lamps.sum(axis=0), self.bands)
+        return meter.direct.mean(axis=0) @ lamps + reflected
 
     def photometers(self) -> list[Reading]:
         """Read the scene's own photometers."""
@@ -170,12 +191,11 @@ class Solution:
 
         Raises InputError where the eye is outside the room or inside a solid.
         """
-        where = f"{self.scene.path}: eye"
-        sensor, emitted = luminance_sensor(self.transport, np.asarray(position, dtype=float),
-                                           np.asarray(direction, dtype=float), where)
-        light = (sensor.direct_radiosity(self.reflectance, self.flux)
-                 + sensor.indirect_radiosity(self.vertex_radiosity) + emitted @ self.flux)
-        return float(light[0] @ self.bands.luminous / np.pi)
+        direction = np.asarray(direction, dtype=float)
+        one = (direction / np.linalg.norm(direction))[None, None]
+        meter = luminance_meter(self.transport, np.asarray(position, dtype=float), one,
+                                f"{self.scene.path}: eye")
+        return float(self.read_lx(meter).sum())
 
     def read(self, meter: Meter) -> tuple[np.ndarray, np.ndarray]:
         """Direct irradiance (n_bands,), and what each surface sends (n_surfaces, n_bands)."""
@@ -187,32 +207,41 @@ class Solution:
                        for sensor in sensors) / len(sensors)
         return direct, indirect
 
-    def read_lx(self, meter: Meter) -> np.ndarray:
-        """What the luminaires and each surface send [lx] (1 + n_surfaces,)."""
-        direct, indirect = self.read(meter)
-        return np.vstack([direct, indirect]) @ self.bands.luminous
+    def read_lx(self, meter: Meter, part: int | None = None) -> np.ndarray:
+        """What the luminaires and each surface send [lx] (1 + n_surfaces,), by one part of a meter or all."""
+        flux, once, vertices, patches = self._luminous
+        part = self.sample if part is None else part
+        samples = slice(None) if part is None else slice(part, part + 1)
+        sensors = meter.sensors[samples]
+        indirect = sum(sensor.direct @ once + sensor.indirect @ vertices + sensor.means @ patches
+                       for sensor in sensors) / len(sensors)
+        return np.concatenate([[meter.direct[samples].mean(axis=0) @ flux], indirect])
+
+    @cached_property
+    def _luminous(self) -> tuple[np.ndarray, ...]:
+        """What sensors add up, in lumens: flux of each luminaire, direct light reflected once (surface ×
+        luminaire), indirect light that vertices and patches reflect."""
+        luminous = self.bands.luminous
+        once = (self.reflectance[:, None, :] * self.flux[None]) @ luminous
+        return (self.flux @ luminous, once.ravel(), self.vertex_radiosity @ luminous,
+                self.patch_radiosity @ luminous)
 
     def _errors(self, meter: Meter, position, normal, where) -> tuple[float, float, float]:
         """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
         last on the coarser mesh, likewise."""
-        fine, samples, other = self._family
-        meters = {id(self.transport): meter}
-
-        def lx(solution: Solution) -> np.ndarray:
-            transport = solution.transport
-            if id(transport) not in meters:
-                meters[id(transport)] = make_meter(transport, position, normal, where)
-            return solution.read_lx(meters[id(transport)])
-
-        mesh, sampling = half_widths(lx(fine), lx(other), np.array([lx(sample) for sample in samples]),
+        fine, samples, other = self.family
+        at = placed(lambda transport: meter if transport is self.transport else make_meter(
+            transport, position, normal, where))
+        mesh, sampling = half_widths(fine.read_lx(at(fine)), other.read_lx(at(other)),
+                                     np.array([sample.read_lx(at(sample)) for sample in samples]),
                                      other.plan.patch_size / self.plan.patch_size)
-        these, narrow = (lx(solution).sum() for solution in self._by_bands)
+        these, narrow = (solution.read_lx(at(solution)).sum() for solution in self.by_bands)
         return mesh, sampling, float(abs(these - narrow))
 
     @cached_property
-    def _by_bands(self) -> tuple["Solution", "Solution"]:
+    def by_bands(self) -> tuple["Solution", "Solution"]:
         """This scene on a coarser mesh, in these bands and in narrow ones."""
-        other = self._family[2]
+        other = self.family[2]
         plan, transport = other.plan, other.transport
         if len(transport.mesh.patches) > MANY:
             plan = plan.times(np.sqrt(len(transport.mesh.patches) / CHEAP))
@@ -221,7 +250,7 @@ class Solution:
                      for bands in (self.bands, narrow_bands()))
 
     @cached_property
-    def _family(self) -> tuple["Solution", list["Solution"], "Solution"]:
+    def family(self) -> tuple["Solution", list["Solution"], "Solution"]:
         """This scene in RGB: as it is, with each sample of the rays, and on another mesh; the samples of
         the other, whose rays are fewer, where this has none of its own."""
         patches = len(self.transport.mesh.patches)
@@ -239,6 +268,19 @@ class Solution:
                    for k in range(len(plans[1].exchange.replicas))]
         return (solve_on(self.scene, bands, self.plan, self.rooms, self.transport), samples,
                 solve_on(self.scene, bands, plan, self.rooms, other))
+
+
+def placed(make: Callable) -> Callable[[Solution], Meter]:
+    """The meter that make(transport) puts in a room, for each solution on its own transport, put once."""
+    meters = {}
+
+    def of(solution: Solution) -> Meter:
+        transport = solution.transport
+        if id(transport) not in meters:
+            meters[id(transport)] = make(transport)
+        return meters[id(transport)]
+
+    return of
 
 
 def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,

@@ -31,13 +31,13 @@ PANEL = {"shape": "rectangle", "center": [2.0, 2.0, 3.0], "normal": [0, 0, -1], 
 def room(tmp_path):
     """A function that writes a scene file for a box room and loads it.
 
-    rho : the reflectance of every surface, or a material table; luminaires, objects, photometers :
+    rho : the reflectance of every surface, or a material table; luminaires, objects, photometers, grids :
     lists of tables (an object's material is the walls' unless given); solver : a table; materials : more.
     """
     count = iter(range(1000))
 
     def make(rho=0.5, size=(4.0, 4.0, 3.0), luminaires=(PANEL,), objects=(), photometers=(),
-             solver=None, faces=None, materials=None) -> Scene:
+             grids=(), solver=None, faces=None, materials=None) -> Scene:
         material = rho if isinstance(rho, dict) else {"reflectance": rho}
         lines = ["[room]", f"size = {toml(size)}"]
         lines += [f'{key} = "{(faces or {}).get(key, "paint")}"'
@@ -46,7 +46,7 @@ def room(tmp_path):
                   "perfect = {reflectance = 1.0}"]
         lines += [f"{name} = {toml(table)}" for name, table in (materials or {}).items()]
         for name, tables in (("luminaires", luminaires), ("objects", objects),
-                             ("photometers", photometers)):
+                             ("photometers", photometers), ("photometer_grids", grids)):
             for table in tables:
                 extra = {"material": "paint"} if name == "objects" and "material" not in table else {}
                 lines += [f"[[{name}]]"] + [f"{k} = {toml(v)}" for k, v in {**table, **extra}.items()]

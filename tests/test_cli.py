@@ -66,11 +66,13 @@ def test_photometer_prints_the_contracts_object(run, folder):
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     record = json.loads(done.stdout)
-    assert set(record) == {"scene", "bands", "accuracy", "patches", "readings", "closure_error",
-                           "reciprocity_error", "energy_balance_error", "rays", "bands_solved", "seconds"}
+    assert set(record) == {"scene", "bands", "accuracy", "patches", "lamps", "readings", "grids",
+                           "closure_error", "reciprocity_error", "energy_balance_error", "rays",
+                           "bands_solved", "seconds"}
     reading = record["readings"][0]
     assert set(reading) == {"name", "position", "normal", "illuminance_lx", "errors_lx", "xy", "cct_K", "duv",
-                            "melanopic_edi_lx", "spectrum"}
+                            "melanopic_edi_lx", "spectrum", "cri_ra", "tm30_rf", "tm30_rg", "melanopic_der",
+                            "alpha_opic", "change_from_lamps", "unknown"}
     assert set(reading["illuminance_lx"]) == {"direct", "indirect", "total", "uncertainty"}
     assert record["bands"] == "31"
     assert record["rays"] == 0  # convex and empty

@@ -7,7 +7,7 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "renderer"
 ORDER = ["errors", "files", "colour", "scene", "transport", "plan", "readings",
-         "solution", "accuracy", "report", "pictures", "studies",
+         "solution", "survey", "accuracy", "report", "pictures", "studies",
          "cli.terminal", "cli.options", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
 

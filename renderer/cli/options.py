@@ -64,6 +64,25 @@ class Solving:
         return self
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Printing:
+    """How results are printed."""
+
+    format: str = "table"
+    "table, json or csv."
+    json_: Annotated[bool, Parameter(name="--json", negative="")] = False
+    "The same as --format json."
+
+    def checked(self) -> str:
+        """The format asked. Raises InputError for one there is not, or two at once."""
+        if self.format not in ("table", "json", "csv"):
+            raise InputError(f"--format is {self.format!r}; must be table, json or csv.")
+        if self.json_ and self.format == "csv":
+            raise InputError("--json is given with --format csv. Give one of them.")
+        return "json" if self.json_ else self.format
+
+
 def vector(option: str, text: str) -> tuple[float, float, float]:
     """Three numbers of an option, as x,y,z. Raises InputError."""
     try:

@@ -29,7 +29,8 @@ def compare(*scenes: str, solving: Solving | None = None, output: Output | None 
         files = save_table(cases, out) + save_pictures(cases, out, progress)
     rows = []
     for case in cases:
-        warn(case.solution, case.readings, solving.accuracy or case.solution.scene.solver.accuracy)
+        warn(case.solution, [r.figure for r in case.readings],
+             solving.accuracy or case.solution.scene.solver.accuracy)
         for r, ratio in zip(case.readings, case.ratios, strict=True):
             rows.append([case.solution.scene.title, case.solution.bands.name, r.name,
                          f"{r.direct_lx:.2f}", f"{r.indirect_lx:.2f}", f"{r.total_lx:.2f}",

@@ -1,5 +1,7 @@
 """What a run says on the terminal: progress, tables, warnings, files."""
 
+import csv
+import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,8 +9,8 @@ from pathlib import Path
 
 LEAK, UNEQUAL, UNBALANCED = 0.05, 0.5, 1e-6
 """Errors of closure, reciprocity and energy balance past which a run warns."""
-NOT_REACHED = ("warning: {scene}: the reading {name!r} is {total:.4g} ± {got:.2g} lx, not the ± {asked:.2%} "
-               "asked, as finely as {why}.")
+NOT_REACHED = ("warning: {scene}: the reading {name!r} is {value:.4g} ± {got:.2g} {unit}, not the "
+               "± {asked:.2%} asked, as finely as {why}.")
 
 
 @contextmanager
@@ -35,7 +37,7 @@ def show(title: str, columns: list[str], rows: list[list[str]]) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), box=box.SIMPLE, title_justify="left")
+    table = Table(box=box.SIMPLE)
     for k, column in enumerate(columns):
         table.add_column(column, justify="left" if k == 0 else "right", no_wrap=True)
     for row in rows:
@@ -43,19 +45,36 @@ def show(title: str, columns: list[str], rows: list[list[str]]) -> None:
     console = Console()
     if not console.is_terminal:
         console = Console(width=200)
+    console.print(Text(title, style="italic"))  # a table's own title is broken to its width
     console.print(table)
 
 
-def warn(solution, readings: list, asked: float) -> None:
+def print_as(form: str, record: dict, tables: list, rows: list[dict]) -> None:
+    """A record on stdout as one JSON object, its rows as CSV, or its tables.
+
+    tables : report.Table; rows : a dictionary for each line of CSV, all with the same keys
+    """
+    if form == "json":
+        print(json.dumps(record, indent=1, allow_nan=False))
+    elif form == "csv":
+        writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    else:
+        for table in tables:
+            show(table.title, table.columns, table.rows)
+
+
+def warn(solution, figures: list, asked: float) -> None:
     """Say on stderr what a run did not reach, and where its laws do not hold."""
     fixed = solution.scene.solver.patch_size
     why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
     from renderer.report import escaped
 
-    for r in readings:
-        if r.uncertainty > asked * r.total_lx:
-            say(NOT_REACHED.format(scene=solution.scene.title, name=r.name, asked=asked,
-                                    total=r.total_lx, got=r.uncertainty, why=why))
+    for f in figures:
+        if f.uncertainty > asked * f.value:
+            say(NOT_REACHED.format(scene=solution.scene.title, name=f.name, asked=asked, value=f.value,
+                                   unit=f.unit, got=f.uncertainty, why=why))
     for hole in escaped(solution):
         at = ", ".join(f"{x:.4g}" for x in hole["middle"])
         say(f"warning: {solution.scene.title}: the room is open: {hole['escaping_lm']:.4g} lm escape "

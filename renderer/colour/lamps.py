@@ -4,7 +4,7 @@ import difflib
 
 import numpy as np
 
-from renderer.colour.bands import BandSet, band_average, displayable
+from renderer.colour.bands import K_M, BandSet, band_average, displayable
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, d65
 from renderer.errors import InputError
@@ -58,6 +58,13 @@ def power_at_1_nm(spectrum: Spectrum) -> np.ndarray:
     above = nodes - nm[0] - below
     return (np.bincount(below, power * (1 - above), len(nm))
             + np.bincount(below + 1, power * above, len(nm) + 1)[:-1])
+
+
+def spectral_flux(spectrum: Spectrum, lumens: float) -> np.ndarray:
+    """Flux (471,) [W/nm] at 360–830 nm, 1 nm, of a source of so many lumens; 0 where it has no light."""
+    power = power_at_1_nm(spectrum)
+    luminous = K_M * power @ cie_1931()[1][:, 1]
+    return power * (lumens / luminous) if luminous > 0 else 0.0 * power
 
 
 def dark_outside(spectrum: Spectrum) -> Spectrum:

@@ -32,10 +32,12 @@ def d65() -> tuple[np.ndarray, np.ndarray]:
 
 
 @cache
-def melanopic() -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths [nm] and the melanopic action spectrum of CIE S 026:2018."""
-    table = _table("cie_s026_alpha_opic_1nm.csv")
-    return table[:, 0], table[:, 5]
+def alpha_opic_action() -> np.ndarray:
+    """α-opic action spectra of CIE S 026:2018 (471, 5), at the wavelengths of the observer: S-cone, M-cone,
+    L-cone, rhodopic, melanopic; 0 where not tabulated."""
+    table, (nm, _) = _table("cie_s026_alpha_opic_1nm.csv"), cie_1931()
+    return np.column_stack([np.interp(nm, table[:, 0], column, left=0.0, right=0.0)
+                            for column in table.T[1:]])
 
 
 @cache

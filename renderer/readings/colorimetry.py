@@ -1,20 +1,24 @@
-"""What a reading says about colour and about the body clock."""
+"""What a reading says about colour: chromaticity, temperature, how well its light renders colours."""
 
-from functools import cache
+import warnings
 
 import numpy as np
 
-from renderer.colour.bands import K_M, BandSet, band_average
-from renderer.colour.tables import cie_1931, d65, melanopic
+from renderer.colour.bands import BandSet
+from renderer.colour.tables import cie_1931
 
 FARTHEST = 0.05
 """Distance from the Planckian locus (Duv) past which a correlated colour temperature means nothing
 (CIE 15:2018, 9.4)."""
+COLOUR = ("xy", "cct_K", "duv", "cri_ra", "tm30_rf", "tm30_rg")
 
 
 def chromaticity(irradiance: np.ndarray, bands: BandSet) -> tuple[float, float] | None:
     """CIE 1931 x, y of light given by band (n_bands,); None where there is none."""
-    xyz = irradiance @ bands.xyz
+    return _xy(irradiance @ bands.xyz)
+
+
+def _xy(xyz: np.ndarray) -> tuple[float, float] | None:
     return tuple(float(c) for c in xyz[:2] / xyz.sum()) if xyz.sum() > 0 else None
 
 
@@ -26,23 +30,35 @@ def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, fl
 
     x, y = xy
     uv = np.array([4 * x, 6 * y]) / (-2 * x + 12 * y + 3)
-    cct, duv = (float(v) for v in uv_to_CCT(uv, method="Ohno 2013"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that the light is past its table: None then
+        cct, duv = (float(v) for v in uv_to_CCT(uv, method="Ohno 2013"))
     if not np.isfinite([cct, duv]).all():
         return None, None
     return (cct if abs(duv) <= FARTHEST and 1000 <= cct <= 100_000 else None), duv
 
 
-def melanopic_edi(irradiance: np.ndarray, bands: BandSet) -> float | None:
-    """Melanopic equivalent daylight illuminance [lx] (CIE S 026:2018); None from RGB."""
-    if bands.edges is None:
-        return None
-    action = band_average(*melanopic(), bands.edges)
-    return float(irradiance @ action / _melanopic_per_lumen_of_d65())
+def colour_of(power: np.ndarray) -> dict:
+    """The numbers of COLOUR for light (471,) at 360–830 nm, 1 nm, in any unit; None where one
+    means nothing."""
+    xy = _xy(power @ cie_1931()[1])
+    cct, duv = colour_temperature(xy)
+    ra = rf = rg = None
+    if cct is not None:  # rendering means something for white light only
+        ra, rf, rg = rendering(power)
+    return dict(zip(COLOUR, (None if xy is None else list(xy), cct, duv, ra, rf, rg), strict=True))
 
 
-@cache
-def _melanopic_per_lumen_of_d65() -> float:
-    """Melanopic efficacy of D65 [W/lm]: 1.3262 mW/lm."""
-    nm, power = d65()
-    action = np.interp(nm, *melanopic(), left=0.0, right=0.0)
-    return float(power @ action / (K_M * power @ cie_1931()[1][:, 1]))
+def rendering(power: np.ndarray) -> tuple[float | None, float | None, float | None]:
+    """CRI R_a (CIE 13.3-1995), TM-30 R_f and R_g (ANSI/IES TM-30-18) of light (471,) at 360–830 nm, 1 nm.
+
+    None for one that such light has not: far from white some hue bins of R_g stay empty.
+    """
+    import colour
+
+    curve = colour.SpectralDistribution(power / power.max(), cie_1931()[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that it trims its tables to the lamp's range
+        ra = colour.colour_rendering_index(curve)
+        tm30 = colour.quality.colour_fidelity_index_ANSIIESTM3018(curve, additional_data=True)
+    return tuple(float(x) if np.isfinite(x) else None for x in (ra, tm30.R_f, tm30.R_g))

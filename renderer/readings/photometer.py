@@ -9,7 +9,7 @@ from renderer.scene import rooms
 from renderer.scene.luminaires import Luminaire
 from renderer.transport.contour import HORIZON, polygon_factors
 from renderer.transport.direct import direct_at
-from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
+from renderer.transport.field import Sensor, direct_on, sense
 from renderer.transport.sampling import Nets
 from renderer.transport.transport import Transport
 from renderer.transport.visibility import STAND_OFF
@@ -145,21 +145,6 @@ def _seen_share(transport: Transport, spot: Spot, patch: np.ndarray, corners: np
     lifted = transport.visibility.off(targets, transport.mesh.normal[patch][:, None]).reshape(-1, 3)
     clear = transport.visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
     return clear.reshape(len(patch), transport.parts, SIGHT_RAYS).mean(axis=2).T
-
-
-def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.ndarray, where: str):
-    """What an eye sees along one direction: a sensor of one row, and the lamps' part (1, n)."""
-    refuse_outside(transport, position, where)
-    direction = direction / np.linalg.norm(direction)
-    eye = off_surfaces(transport, position, direction).origin
-    refuse_inside(transport, eye, where, position)
-    seen = seen_from(transport, eye, direction[None])
-    if seen[0][0] < 0:
-        raise InputError(f"{where}: nothing is seen along {_short(direction)} from {_short(position)}. "
-                         "Look into the room.")
-    row, weight = np.zeros(1, dtype=int), np.ones(1)
-    light = direct_on(transport, *seen, 0, READING_RAYS)[0]
-    return (sense(transport, 1, row, *seen, weight, light), emitted(transport, 1, row, seen[0], weight))
 
 
 def _elements(transport: Transport, spot: Spot):

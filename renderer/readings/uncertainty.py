@@ -1,5 +1,7 @@
 """How far a reading may be from the truth: mesh and sampling."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.special import stdtrit
 
@@ -9,6 +11,22 @@ STUDENT = float(stdtrit(REPLICAS - 1, 0.975))
 """Two-sided 95 % point of Student's t for so many independent samples."""
 ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One number read off a room, in `unit`, with the 95 % half-widths of its errors."""
+
+    name: str
+    value: float
+    mesh_error: float
+    sampling_error: float
+    unit: str = "lx"
+
+    @property
+    def uncertainty(self) -> float:
+        """95 % half-width: mesh and sampling together."""
+        return float(np.hypot(self.mesh_error, self.sampling_error))
 
 
 def half_widths(fine: np.ndarray, other: np.ndarray, samples: np.ndarray,

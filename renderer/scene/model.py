@@ -185,6 +185,64 @@ class PhotometerTable(Table):
         return normal
 
 
+class PhotometerGridTable(Table):
+    """An area of readings: a corner and two sides at right angles, facing u × v unless told otherwise."""
+
+    name: str = "grid"
+    origin: Vector
+    u: Vector
+    v: Vector
+    spacing: Positive | None = None
+    border: Annotated[float, Field(strict=True, ge=0, le=FARTHEST)] = 0.0
+    normal: Vector | None = None
+
+    @model_validator(mode="after")
+    def _is_an_area(self):
+        for key in ("u", "v"):
+            if not has_length(getattr(self, key)):
+                raise ValueError(f"{key} has no length; give a side of the area, for example [3, 0, 0]")
+        if self.normal is not None and not has_length(self.normal):
+            raise ValueError("normal has no length; give the way the meters face, for example [0, 0, 1]")
+        return self
+
+
+class SightTable(Table):
+    """Where an eye is, and which way it looks."""
+
+    name: str
+    position: Vector
+    look_at: Vector | None = None
+    direction: Vector | None = None
+
+    @model_validator(mode="after")
+    def _looks_somewhere(self):
+        one_of(self, "look_at", "direction")
+        if not has_length(self.toward):
+            raise ValueError("look_at is the eye's own position; move it to what is looked at"
+                             if self.look_at else "direction has no length; give one, for example [0, 1, 0]")
+        return self
+
+    @property
+    def toward(self) -> Vector:
+        """The way it looks, of any length."""
+        if self.direction is not None:
+            return self.direction
+        return tuple(a - b for a, b in zip(self.look_at, self.position, strict=True))
+
+
+class SpotMeterTable(SightTable):
+    """A luminance meter, with its full acceptance angle in degrees."""
+
+    name: str = "spot meter"
+    angle: Annotated[float, Field(strict=True, ge=0.01, le=120)] = 1.0
+
+
+class ObserverTable(SightTable):
+    """An observer whose glare is rated."""
+
+    name: str = "observer"
+
+
 class CameraTable(Table):
     """A pinhole camera; x to the right, z up in the picture."""
 
@@ -220,5 +278,8 @@ class SceneTable(Table):
     luminaires: list[LuminaireTable] = []
     objects: list[ObjectTable] = []
     photometers: list[PhotometerTable] = []
+    photometer_grids: list[PhotometerGridTable] = []
+    spot_meters: list[SpotMeterTable] = []
+    observers: list[ObserverTable] = []
     camera: CameraTable | None = None
     solver: SolverTable = SolverTable()

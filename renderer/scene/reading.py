@@ -19,24 +19,26 @@ from renderer.colour.spectrum import Spectrum, read_lamp, read_reflectance
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.geometry import object_mesh
+from renderer.scene.grids import Grid, make_grids
 from renderer.scene.luminaires import Luminaire, make_luminaire
 from renderer.scene.mesh_rooms import mesh_room
 from renderer.scene.meshes import UNITS
 from renderer.scene.model import (
     CameraTable,
     MaterialTable,
+    ObserverTable,
     PhotometerTable,
     RoomTable,
     SceneTable,
     SolverTable,
+    SpotMeterTable,
 )
 from renderer.scene.rooms import Room, box_room, outline_room, refuse_outside, spelt, winding
 
 STAND_OFF = 4e-6
 """How far rays start off their surface and stop short of their target, relative to the room's
 longest side: some 60 times what rays resolve there, and 20 µm in a room of 5 m."""
-LATER = {"array": "one table each", "photometer_grids": "photometers",
-         "ies": "rectangle, disc or point"}
+LATER = {"array": "one table each", "ies": "rectangle, disc or point"}
 """Keys of the format that this version does not read yet, and what to use meanwhile."""
 
 
@@ -72,6 +74,9 @@ class Scene:
     luminaires: list[Luminaire]
     lamps: list[Spectrum]
     photometers: list[PhotometerTable]
+    grids: list[Grid]
+    spot_meters: list[SpotMeterTable]
+    observers: list[ObserverTable]
     camera: CameraTable | None
     solver: SolverTable
 
@@ -258,14 +263,16 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
             refuse_outside(room, point, f"{where} {entry.name!r} reaches", "Move or shrink it")
         luminaires.append(luminaire)
         lamps.append(_lamp(entry, path, where))
-    for index, entry in enumerate(table.photometers):
-        refuse_outside(room, np.array(entry.position), f"{path}: photometers[{index}].position is",
-                       "Move it into the room")
+    for key in ("photometers", "spot_meters", "observers"):
+        for index, entry in enumerate(getattr(table, key)):
+            refuse_outside(room, np.array(entry.position), f"{path}: {key}[{index}].position is",
+                           "Move it into the room")
     if table.camera is not None:
         refuse_outside(room, np.array(table.camera.position), f"{path}: camera.position is",
                        "Move it into the room")
     return Scene(table.title, path, room, solids, faces + of_solids, luminaires, lamps,
-                 table.photometers, table.camera, table.solver)
+                 table.photometers, make_grids(table.photometer_grids, room, path), table.spot_meters,
+                 table.observers, table.camera, table.solver)
 
 
 def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> Material:

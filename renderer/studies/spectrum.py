@@ -2,7 +2,6 @@
 
 import csv
 import re
-import warnings
 from dataclasses import dataclass
 from os.path import isfile
 from pathlib import Path
@@ -32,7 +31,7 @@ from renderer.errors import InputError
 from renderer.files import whole_file
 from renderer.pictures.image import encode
 from renderer.pictures.spectrum_chart import save_chart
-from renderer.readings.colorimetry import colour_temperature
+from renderer.readings.colorimetry import colour_of
 from renderer.report import Table
 
 CHIPS = 5
@@ -142,25 +141,10 @@ def _nearest(rgb: np.ndarray, value: np.ndarray) -> list[dict]:
 
 def lamp_record(shown: Shown) -> dict:
     """A lamp: chromaticity, temperature, how well it renders colours, and its bands per 1,000 lm."""
-    import colour
-
     spectrum = next(iter(shown.curves.values()))
     bands = band_set("31")
     flux = band_flux(spectrum, 1000.0, bands, "SPECTRUM")
-    fine, observer = cie_1931()
-    power = power_at_1_nm(spectrum)
-    xyz = power @ observer
-    xy = xyz[:2] / xyz.sum()
-    cct, duv = colour_temperature((float(xy[0]), float(xy[1])))
-    curve = colour.SpectralDistribution(power, fine)  # at 1 nm: the indices take no coarser than 5
-    ra = rf = None
-    if cct is not None:  # rendering means something for white light only
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # that it trims its tables to the lamp's range
-            ra = float(colour.colour_rendering_index(curve))
-            rf = float(colour.colour_fidelity_index(curve, method="ANSI/IES TM-30-18"))
-    return {"spectrum": shown.title, "kind": "lamp", "xy": xy.tolist(), "cct_K": cct, "duv": duv,
-            "cri_ra": ra, "tm30_rf": rf,
+    return {"spectrum": shown.title, "kind": "lamp", **colour_of(power_at_1_nm(spectrum)),
             "luminous_efficacy_lm_W": float(1000.0 / flux.sum()),
             "wavelength_nm": bands.centres.tolist(), "power_W_per_1000_lm": flux.tolist()}
 
@@ -171,8 +155,8 @@ def table(record: dict) -> Table:
         rows = [["x, y", "{:.4f}, {:.4f}".format(*record["xy"])]]
         rows += [[name, "–" if record[key] is None else form.format(record[key])] for name, key, form in (
             ("CCT K", "cct_K", "{:.0f}"), ("Duv", "duv", "{:+.4f}"), ("CRI Ra", "cri_ra", "{:.1f}"),
-            ("TM-30 Rf", "tm30_rf", "{:.1f}"), ("lm/W of radiation, 395–705 nm", "luminous_efficacy_lm_W",
-                                             "{:.1f}"))]
+            ("TM-30 Rf", "tm30_rf", "{:.1f}"), ("TM-30 Rg", "tm30_rg", "{:.1f}"),
+            ("lm/W of radiation, 395–705 nm", "luminous_efficacy_lm_W", "{:.1f}"))]
         rows += [[f"{nm:.0f} nm", f"{value:.5f}"] for nm, value in
                  zip(record["wavelength_nm"], record["power_W_per_1000_lm"], strict=True)]
         return Table(record["spectrum"], ["lamp", "bands: W per 1,000 lm"], rows)

@@ -10,7 +10,8 @@ from renderer.studies.validation import colours, extremes, photometry
 from renderer.studies.validation.cases import Case, markdown
 
 ORACLES = (photometry.form_factors, photometry.cie_171, photometry.closed_rooms, photometry.sphere,
-           photometry.planes, photometry.furnace, colours.planck, colours.daylight, colours.colorimetry)
+           photometry.planes, photometry.furnace, colours.planck, colours.daylight, colours.colorimetry,
+           colours.alpha_opic)
 
 EXTREMES = (extremes.reflectances, extremes.sizes, extremes.lamps_and_meters, extremes.objects,
             extremes.meshes_and_spectra, extremes.single_precision)

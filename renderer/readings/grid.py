@@ -1,0 +1,116 @@
+"""What a grid of meters says of an area: mean, extremes, uniformity, each with its error bar."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.readings.photometer import place
+from renderer.readings.uncertainty import Figure, half_widths
+from renderer.scene.grids import Grid
+from renderer.scene.rooms import nearest
+from renderer.transport.transport import Transport
+
+UPRIGHT = 0.5
+"""A surface is a wall to a grid if the cosine between their normals is below this."""
+
+
+@dataclass(frozen=True)
+class GridReading:
+    """Illuminances of a grid [lx].
+
+    read : (n_v · n_u,) which points a meter can stand at; the rest is over those k
+    direct, indirect, mesh_error, sampling_error : (k,) [lx]
+    mean, least, most : Ē, E_min and E_max; band_error : of the mean [lx]
+    uniformity, uniformity_error : U₀ = E_min / Ē, None where there is no light
+    """
+
+    grid: Grid
+    read: np.ndarray
+    direct: np.ndarray
+    indirect: np.ndarray
+    mesh_error: np.ndarray
+    sampling_error: np.ndarray
+    mean: Figure
+    least: Figure
+    most: Figure
+    band_error: float
+    uniformity: float | None
+    uniformity_error: float | None
+
+    @property
+    def figures(self) -> tuple[Figure, Figure]:
+        """What must be as accurate as was asked: the mean, and the least, on which U₀ rests."""
+        return self.mean, self.least
+
+    @property
+    def total(self) -> np.ndarray:
+        """Illuminance (k,) [lx]."""
+        return self.direct + self.indirect
+
+    @property
+    def uncertainty(self) -> np.ndarray:
+        """95 % half-width of each point (k,) [lx]."""
+        return np.hypot(self.mesh_error, self.sampling_error)
+
+    @property
+    def left_out(self) -> int:
+        """How many points are outside the room, in an object, or too near a wall."""
+        return int((~self.read).sum())
+
+
+def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
+    """At which points of a grid a meter can stand (n,). Raises InputError where it is none."""
+    points = grid.points
+    read = np.ones(len(points), dtype=bool)
+    walls = transport.room.shell
+    normals = np.cross(walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0])
+    flat = np.abs(normals @ grid.normal) > UPRIGHT * np.linalg.norm(normals, axis=1)
+    for k, point in enumerate(points):
+        if grid.border and not flat.all() and nearest(point, walls[~flat])[0] < grid.border * (1 - 1e-9):
+            read[k] = False
+            continue
+        try:
+            place(transport, point, grid.normal, where)
+        except InputError:
+            read[k] = False
+    if not read.any():
+        raise InputError(f"{where}: at none of its {len(points)} points a meter can stand: each is outside "
+                         "the room, in an object, faces what it lies on or is nearer to a wall than the "
+                         "border. Move it, or turn its normal.")
+    return read
+
+
+def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, fine: np.ndarray, other: np.ndarray,
+              samples: np.ndarray, ratio: float, band_error: float) -> GridReading:
+    """A grid's figures from what the lamps and each surface send to each of its points [lx].
+
+    own : (k, 1 + n_surfaces) in the bands read; fine, other : the same in RGB on the mesh read and on one
+    whose patches are `ratio` times as long; samples : (s, k, 1 + n_surfaces) independent samples of fine.
+
+    The mean is linear in its points, so its error is that of one meter that reads the mean: errors that
+    the points share count in full, those that differ cancel as they would. Which point is the least is
+    not known better than the points are: E_min lies between the least of E − u and the least of E + u,
+    E_max likewise. U₀'s error is that of E_min − U₀ Ē, which is linear too, over Ē, and what the choice of
+    the point adds.
+    """
+    total = own.sum(axis=1)
+    errors = np.array([half_widths(fine[k], other[k], samples[:, k], ratio) for k in range(len(own))])
+    bars = np.hypot(*errors.T)
+
+    def figure(name: str, k: int, sign: int) -> Figure:
+        bar = sign * total[k] - (sign * total - bars).min()
+        widen = bar / bars[k] if bars[k] > 0 else 1.0
+        return Figure(name, float(total[k]), *(float(e) * widen for e in errors[k]))
+
+    least, most = int(total.argmin()), int(total.argmax())
+    mean = Figure(f"{grid.name}: mean", float(total.mean()), *half_widths(
+        fine.mean(axis=0), other.mean(axis=0), samples.mean(axis=1), ratio))
+    lowest, highest = figure(f"{grid.name}: minimum", least, 1), figure(f"{grid.name}: maximum", most, -1)
+    uniformity = error = None
+    if mean.value > 0:
+        uniformity = lowest.value / mean.value
+        apart = [x[..., least, :] - uniformity * x.mean(axis=-2) for x in (fine, other, samples)]
+        error = (np.hypot(*half_widths(*apart, ratio)) + lowest.uncertainty - bars[least]) / mean.value
+    return GridReading(grid, read, own[:, 0], own[:, 1:].sum(axis=1), errors[:, 0], errors[:, 1], mean,
+                       lowest, highest, band_error, uniformity, None if error is None else float(error))

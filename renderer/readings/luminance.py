@@ -1,0 +1,57 @@
+"""The luminance meter: what an eye sees along a ray, over a cone, through a pixel."""
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.readings.photometer import READING_RAYS, Meter, off_surfaces, refuse_inside, refuse_outside
+from renderer.scene.rooms import spelt
+from renderer.transport.contour import frames
+from renderer.transport.field import direct_on, emitted, seen_from, sense
+from renderer.transport.sampling import REPLICAS, Nets
+from renderer.transport.transport import Transport
+
+SIGHT_RAYS, SHADOW_RAYS = 512, 16
+"""Rays over a cone or a pixel, and from what each meets to each lamp, in each of REPLICAS parts."""
+
+
+def squares(seed: int) -> np.ndarray:
+    """Points all over the unit square in independent parts (REPLICAS, SIGHT_RAYS, 2)."""
+    return Nets(SIGHT_RAYS, 2, (seed, 7), REPLICAS).draw(0, 1).reshape(REPLICAS, SIGHT_RAYS, 2)
+
+
+def cone(direction: np.ndarray, angle: float, seed: int) -> np.ndarray:
+    """Directions (REPLICAS, SIGHT_RAYS, 3) all over a cone about (3,), of full angle [degrees]."""
+    square = squares(seed)
+    # 1 − cos of half the angle, without cancellation: equal solid angles from equal areas.
+    height = 2 * np.sin(np.radians(angle) / 4) ** 2 * square[..., 0]
+    radius, turn = np.sqrt(height * (2 - height)), 2 * np.pi * square[..., 1]
+    local = np.stack([radius * np.cos(turn), radius * np.sin(turn), 1 - height], axis=-1)
+    return local @ frames(direction[None])[0]
+
+
+def luminance_meter(transport: Transport, position: np.ndarray, directions: np.ndarray, where: str) -> Meter:
+    """A meter at a point (3,) [m] that reads mean luminance along unit directions (parts, n, 3).
+
+    Each part is an independent sample. Raises InputError where the eye is outside the room or inside a
+    solid, or sees nothing.
+    """
+    refuse_outside(transport, position, where)
+    parts, n = directions.shape[:2]
+    facing = directions.mean(axis=(0, 1))
+    facing /= np.linalg.norm(facing)
+    eye = off_surfaces(transport, position, facing).origin
+    refuse_inside(transport, eye, where, position)
+    seen = seen_from(transport, eye, directions.reshape(-1, 3))
+    if (seen[0] < 0).any():
+        raise InputError(f"{where}: nothing is seen along {spelt(facing)} from {spelt(position)}. "
+                         "Look into the room.")
+    light = direct_on(transport, *seen, 0, READING_RAYS if parts * n == 1 else SHADOW_RAYS)[0]
+    weight = np.full(n, 1 / (np.pi * n))
+    lamps, sensors = [], []
+    for k in range(parts):
+        part = slice(k * n, (k + 1) * n)
+        patch, s, t = (x[part] for x in seen)
+        lamps.append(emitted(transport, 1, np.zeros(n, dtype=int), patch, weight).toarray()[0])
+        sensors.append(sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, s, t,
+                             weight, light[part]))
+    return Meter(np.array(lamps), tuple(sensors))

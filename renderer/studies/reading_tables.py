@@ -1,0 +1,127 @@
+"""Records of readings as tables to show, and as rows of CSV."""
+
+from renderer.report import Table
+
+
+def number(value: float | None, form: str) -> str:
+    """A number as a table shows it; a dash for one that is not known."""
+    return "–" if value is None else format(value, form)
+
+
+def photometer_tables(record: dict) -> list[Table]:
+    """Illuminance, colour and α-opic light of each photometer; the figures of each grid."""
+    title = f"{record['scene']}, {record['bands']} bands, {record['patches']} patches"
+    tables = []
+    if record["readings"]:
+        tables += [_illuminance(title, record), _colour(record)]
+        if record["readings"][0]["alpha_opic"] is not None:
+            tables.append(_alpha_opic(record))
+    if record["grids"]:
+        tables.append(_grids(title, record))
+    return tables
+
+
+def _illuminance(title: str, record: dict) -> Table:
+    rows = []
+    for r in record["readings"]:
+        lux = r["illuminance_lx"]
+        rows.append([r["name"], *(f"{lux[k]:.2f}" for k in ("direct", "indirect", "total")),
+                     f"± {lux['uncertainty']:.2g}", f"{r['errors_lx']['bands']:.2g}"])
+    return Table(f"{title}: illuminance", ["photometer", "direct lx", "indirect lx", "total lx", "95 % lx",
+                                           "bands lx"], rows)
+
+
+COLOURS = (("CCT K", "cct_K", ".0f"), ("Duv", "duv", "+.4f"), ("Ra", "cri_ra", ".1f"),
+           ("Rf", "tm30_rf", ".1f"), ("Rg", "tm30_rg", ".1f"), ("melanopic DER", "melanopic_der", ".3f"))
+
+
+def _colour(record: dict) -> Table:
+    lamps = [] if record["lamps"] is None else [{"name": "(the lamps themselves)", **record["lamps"]}]
+    rows = [[r["name"], "–" if r["xy"] is None else "{:.4f}, {:.4f}".format(*r["xy"]),
+             *(number(r[key], form) for _, key, form in COLOURS)] for r in lamps + record["readings"]]
+    return Table("Colour of the light that arrives", ["photometer", "x, y", *(c[0] for c in COLOURS)], rows)
+
+
+def _alpha_opic(record: dict) -> Table:
+    rows = [[r["name"], *(f"{opic['edi_lx']:.1f}" for opic in r["alpha_opic"].values())]
+            for r in record["readings"]]
+    names = [name.replace("_", "-") for name in record["readings"][0]["alpha_opic"]]
+    return Table("α-opic equivalent daylight illuminance [lx] (CIE S 026)", ["photometer", *names], rows)
+
+
+def _grids(title: str, record: dict) -> Table:
+    rows = []
+    for g in record["grids"]:
+        figures = [f"{g['illuminance_lx'][k]:.2f} ± {g['uncertainty_lx'][k]:.2g}"
+                   for k in ("mean", "min", "max")]
+        uniformity = "–" if g["uniformity"] is None else \
+            f"{g['uniformity']:.3f} ± {g['uniformity_uncertainty']:.1g}"
+        rows.append([g["name"], "{} × {}".format(*g["counts"]), str(g["left_out"]),
+                     "{:.3g} × {:.3g}".format(*g["cell_m"]), *figures, uniformity])
+    return Table(f"{title}: grids", ["grid", "points", "left out", "cell m", "Ē lx", "E_min lx", "E_max lx",
+                                     "U₀"], rows)
+
+
+def photometer_rows(record: dict) -> list[dict]:
+    """A row a photometer, then one for the mean, minimum and maximum of each grid."""
+    rows = []
+    for r in record["readings"]:
+        x, y, z = r["position"]
+        opic = r["alpha_opic"] or {}
+        rows.append({"name": r["name"], "x_m": x, "y_m": y, "z_m": z,
+                     **{f"normal_{axis}": c for axis, c in zip("xyz", r["normal"], strict=True)},
+                     **{f"{key}_lx": lux for key, lux in r["illuminance_lx"].items()},
+                     "bands_lx": r["errors_lx"]["bands"],
+                     **dict(zip(("cie_x", "cie_y"), r["xy"] or (None, None), strict=True)),
+                     **{key: r[key] for _, key, _ in COLOURS},
+                     **{f"{name}_edi_lx": opic[name]["edi_lx"] if opic else None for name in
+                        ("s_cone", "m_cone", "l_cone", "rhodopic", "melanopic")},
+                     "uniformity": None})
+    keys = list(rows[0]) if rows else ["name", "total_lx", "uncertainty_lx", "uniformity"]
+    for g in record["grids"]:
+        for key, lux in g["illuminance_lx"].items():
+            rows.append({**dict.fromkeys(keys), "name": f"{g['name']}: {key}", "total_lx": lux,
+                         "uncertainty_lx": g["uncertainty_lx"][key],
+                         "uniformity": g["uniformity"] if key == "mean" else None})
+    return rows
+
+
+def luminance_tables(record: dict) -> list[Table]:
+    """What spot meters read, and the mean of each surface."""
+    title = f"{record['scene']}, {record['bands']} bands, {record['patches']} patches"
+    spots = [[s["name"], "pixel" if s["angle_deg"] is None else f"{s['angle_deg']:g}°",
+              f"{s['luminance_cd_m2']:.2f}", f"± {s['uncertainty_cd_m2']:.2g}"] for s in record["spots"]]
+    means = [[s["name"], f"{s['luminance_cd_m2']:.2f}", f"± {s['uncertainty_cd_m2']:.2g}"]
+             for s in record["surfaces"]]
+    tables = [Table(f"{title}: luminance", ["spot meter", "angle", "cd/m²", "95 % cd/m²"], spots)]
+    return [*(tables if spots else []),
+            Table(f"{title}: mean luminance of surfaces; of luminaires along their normal",
+                  ["surface", "cd/m²", "95 % cd/m²"], means)]
+
+
+def luminance_rows(record: dict) -> list[dict]:
+    """A row a spot meter, then a row a surface."""
+    return [{"kind": kind, **{key: s[key] for key in ("name", "luminance_cd_m2", "uncertainty_cd_m2")}}
+            for kind, key in (("spot", "spots"), ("surface", "surfaces")) for s in record[key]]
+
+
+def glare_tables(record: dict) -> list[Table]:
+    """Each observer's rating, then what each is dazzled by, the worst first."""
+    title = f"{record['scene']}, {record['bands']} bands, {record['patches']} patches"
+    ratings = [[g["name"], number(g["ugr"], ".2f"), f"± {number(g['uncertainty'], '.1g')}",
+                f"{g['background_luminance_cd_m2']:.2f}", g["reason"] or "; ".join(g["notes"])]
+               for g in record["observers"]]
+    sources = [[g["name"], s["name"], f"{s['luminance_cd_m2']:.0f}", f"{s['solid_angle_sr']:.2g}",
+                f"{s['position_index']:.2f}", f"{s['share']:.1%}"]
+               for g in record["observers"] for s in sorted(g["luminaires"], key=lambda s: -s["share"])]
+    tables = [Table(f"{title}: unified glare rating (CIE 117)",
+                    ["observer", "UGR", "95 %", "background cd/m²", "note"], ratings),
+              Table("Luminaires in sight",
+                    ["observer", "luminaire", "cd/m²", "sr", "position index", "share of Σ L²ω/p²"], sources)]
+    return tables if sources else tables[:1]
+
+
+def glare_rows(record: dict) -> list[dict]:
+    """A row an observer."""
+    keys = ("name", "ugr", "uncertainty", "background_luminance_cd_m2", "indirect_illuminance_lx", "reason")
+    return [{key: g[key] for key in keys} for g in record["observers"]]

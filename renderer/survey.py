@@ -1,0 +1,85 @@
+"""What a solved room is asked beyond single photometers: grids, luminances, glare."""
+
+import numpy as np
+
+from renderer.readings.glare import Glare, rate
+from renderer.readings.grid import GridReading, readable, summarise
+from renderer.readings.luminance import luminance_meter
+from renderer.readings.photometer import make_meter
+from renderer.readings.uncertainty import Figure, half_widths
+from renderer.scene.grids import Grid
+from renderer.solution import Solution, placed
+from renderer.transport.threads import in_threads
+
+
+def read_grid(solution: Solution, grid: Grid) -> GridReading:
+    """Read a meter at each point of a grid. Raises InputError where it can stand at none."""
+    where = f"{solution.scene.path}: photometer_grids {grid.name!r}"
+    fine, samples, other = solution.family
+    read = readable(solution.transport, grid, where)
+    points = grid.points[read]
+    rows = [None] * len(points)
+
+    def work(start: int, stop: int) -> None:
+        for k in range(start, stop):
+            meter = placed(lambda transport, k=k: make_meter(transport, points[k], grid.normal, where))
+            rows[k] = [each.read_lx(meter(each)) for each in (solution, fine, *samples, other,
+                                                               *solution.by_bands)]
+
+    work(0, 1)  # makes what all points share
+    in_threads(lambda start, stop: work(start + 1, stop + 1), len(points) - 1, 1)
+    own, first, *parts, last, these, narrow = np.array(rows).swapaxes(0, 1)
+    return summarise(grid, read, own, first, last, np.array(parts).reshape(-1, *own.shape), _ratio(solution),
+                     float(abs((these - narrow).sum(axis=1).mean())))
+
+
+def mean_luminance(solution: Solution, position, directions: np.ndarray, name: str) -> Figure:
+    """Mean luminance [cd/m²] that an eye at a point (3,) [m] sees along unit directions (parts, n, 3).
+
+    Each part is an independent sample. Raises InputError where the eye can not be.
+    """
+    where, position = f"{solution.scene.path}: {name!r}", np.asarray(position, dtype=float)
+    fine, samples, other = solution.family
+    meter = placed(lambda transport: luminance_meter(transport, position, directions, where))
+    parts = [each.read_lx(meter(each), k) for k, each in enumerate(samples or [fine] * len(directions))]
+    errors = half_widths(fine.read_lx(meter(fine)), other.read_lx(meter(other)), np.array(parts),
+                         _ratio(solution))
+    return Figure(name, float(solution.read_lx(meter(solution)).sum()), *errors, "cd/m²")
+
+
+def surface_luminances(solution: Solution) -> list[Figure]:
+    """Mean luminance [cd/m²] of each surface of the room and each solid, of what of it is not covered."""
+    fine, samples, other = solution.family
+    own, first, last = (_mean_luminances(each) for each in (solution, fine, other))
+    parts = np.array([_mean_luminances(each) for each in samples]).reshape(-1, len(own))
+    names = solution.scene.surfaces[:len(solution.scene.materials)]
+    found = []
+    for k, name in enumerate(names):
+        if np.isfinite(own[k]):
+            one = slice(k, k + 1)
+            errors = half_widths(first[one], last[one], parts[:, one], _ratio(solution))
+            found.append(Figure(name, float(own[k]), *errors, "cd/m²"))
+    return found
+
+
+def _mean_luminances(solution: Solution) -> np.ndarray:
+    """Of each surface (n_surfaces,) [cd/m²]: Σ A B / π Σ A over its exposed patches; NaN without any."""
+    areas, surface, n = solution.transport.exchange.areas, solution.transport.mesh.surface, len(
+        solution.scene.surfaces)
+    lumens = np.bincount(surface, areas * (solution.radiosity @ solution.bands.luminous), n)
+    area = np.bincount(surface, areas, n)
+    return np.where(area > 0, lumens / (np.pi * np.where(area > 0, area, 1.0)), np.nan)
+
+
+def rate_glare(solution: Solution, position, direction, name: str = "observer") -> Glare:
+    """Rate the glare of an observer whose eye at a point (3,) [m] looks along (3,). Raises InputError."""
+    direction = np.asarray(direction, dtype=float)
+    seen = solution.photometer(position, direction, name)
+    indirect = Figure(f"{name}: indirect illuminance", seen.indirect_lx, seen.mesh_error, seen.sampling_error)
+    return rate(solution.transport, solution.flux @ solution.bands.luminous, name, seen.position,
+                direction / np.linalg.norm(direction), indirect, f"{solution.scene.path}: observer {name!r}")
+
+
+def _ratio(solution: Solution) -> float:
+    """How many times as long the patches of the other mesh are."""
+    return solution.family[2].plan.patch_size / solution.plan.patch_size
