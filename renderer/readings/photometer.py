@@ -159,7 +159,8 @@ def luminance_sensor(transport: Transport, position: np.ndarray, direction: np.n
                          "Look into the room.")
     row, weight = np.zeros(1, dtype=int), np.ones(1)
     light = direct_on(transport, *seen, 0, READING_RAYS)[0]
-    return (sense(transport, 1, row, *seen, weight, light), emitted(transport, 1, row, seen[0], weight))
+    return (sense(transport, 1, row, *seen, weight, light),
+            emitted(transport, 1, row, *seen, weight, eye))
 
 
 def _elements(transport: Transport, spot: Spot):
@@ -200,7 +201,7 @@ def _near_a_lamp(transport: Transport, patch: np.ndarray, world: np.ndarray) -> 
             lit = np.einsum("ki,ki->k", away, normal) < -slack
             near |= lit & (size > NEAR_LAMP * np.linalg.norm(away, axis=1))
             continue
-        lit = ((world - lum.center) @ lum.normal > slack).any(axis=1)
+        lit = ((world - lum.center) @ lum.normal > slack).any(axis=1) | (not lum.forward_only)
         # Where a face touches a wall its light is bounded: no finer than a hundredth of the face.
         near |= lit & (size > np.maximum(NEAR_LAMP * _distance(lum, away), 0.01 * np.sqrt(lum.area)))
     return near
