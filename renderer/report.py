@@ -131,7 +131,7 @@ def surface_records(solution: Solution, figures: list[Figure]) -> list[dict]:
     """Mean luminance of surfaces, and of luminaires along their normals."""
     lamps = solution.flux @ solution.bands.luminous
     found = [(f.name, f.value, f.uncertainty) for f in figures]
-    found += [(lum.name, float(lumens * lum.intensity(lum.normal) / lum.area), 0.0)
+    found += [(lum.name, float(lumens * lum.luminance(lum.normal)), 0.0)
               for lum, lumens in zip(solution.scene.luminaires, lamps, strict=True) if lum.area > 0]
     return [dict(zip(("name", "luminance_cd_m2", "uncertainty_cd_m2"), row, strict=True)) for row in found]
 

@@ -11,7 +11,8 @@ import pytest
 import trimesh
 from exact import above_middle
 
-from renderer import cli
+from renderer.cli.options import Output
+from renderer.cli.studies import validate
 from renderer.studies.peers import agreement, mitsuba3, radiance
 from renderer.studies.peers.agreement import Agreement, Row
 from renderer.studies.peers.handover import LIFT, LONGEST, CannotRun, Value, hand_over, value
@@ -175,7 +176,7 @@ def test_the_command_shows_the_table_and_fails_where_a_peer_disagrees(monkeypatc
     row = Row("box", "floor", Value(101.0, 0.1), {"Mitsuba 3": Value(100.0, 0.1)})
     monkeypatch.setattr(agreement, "compare_with_peers", lambda scenes, progress: Agreement([row], []))
     with pytest.raises(SystemExit) as left:
-        cli.validate(peers=True, output=cli.Output(out=tmp_path, quiet=True))
+        validate(peers=True, output=Output(out=tmp_path, quiet=True))
     assert left.value.code == 1
     said = capsys.readouterr()
     assert "101.00 ± 0.10" in said.out

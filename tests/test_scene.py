@@ -58,7 +58,7 @@ REFUSED = [
     ("up = [1, 0, 0]", "up = [0, 0, 1]", ["up lies along normal"]),
     ('spectrum = "D65"', 'spectrum = "D66"', ["luminaires[0].spectrum", "D66", "Nearest"]),
     ("size = [5.4, 5.4, 3.0]", 'mesh = "room.obj"', ["room.mesh", "room.obj", "no file"]),
-    ('shape = "rectangle"', 'shape = "ies"', ["ies", "not read by this version"]),
+    ('shape = "rectangle"', 'shape = "ies"', ["file is missing"]),
     ("position = [2.7, 2.7, 0.0]", "position = [2.7, 2.7, -0.5]", ["photometers[0]", "outside"]),
     ("position = [2.7, 2.7, 0.0]\nnormal = [0, 0, 1]", "position = [2.7, 2.7, 0.0]\nnormal = [0, 0, 0]",
      ["photometers[0].normal", "direction"]),

@@ -5,7 +5,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from renderer.cli import readings, rooms, studies
+from renderer.cli import luminaires, readings, rooms, studies
 from renderer.cli.terminal import interrupt, leave
 from renderer.errors import InputError, SolveError
 
@@ -14,8 +14,7 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           "measures the difference.", version_flags=["--version"], help_format="plaintext",
           suppress_keyboard_interrupt=False)
 for command in (rooms.compare, rooms.render, rooms.pseudocolour, readings.photometer, readings.luminance,
-                readings.ugr, studies.validate,
-                studies.spectrum, studies.gamut):
+                readings.ugr, studies.validate, studies.spectrum, studies.gamut, luminaires.luminaire):
     app.command(command)
 
 

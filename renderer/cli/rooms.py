@@ -78,6 +78,7 @@ def _one_room(scene: str, solving: Solving | None, output: Output | None, save) 
     if loaded.camera is None:
         raise InputError(f"{loaded.path}: camera is missing; a picture needs a [camera] table with "
                          "position and look_at.")
+    warn_before(loaded, solving.accuracy)
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
         solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)

@@ -97,9 +97,11 @@ def warn(solution, figures: list, asked: float) -> None:
 
 
 def warn_before(scene, accuracy: float | None) -> None:
-    """Say on stderr, before the work, what it cannot promise."""
+    """Say on stderr, before the work, what is wrong with its files and what it cannot promise."""
     from renderer.plan import make_plan
 
+    for fault in scene.faults:
+        say(f"warning: {scene.title}: {fault}")
     asked = accuracy or scene.solver.accuracy
     promise = make_plan(scene, asked, scene.solver.patch_size).promise
     if asked < promise and not scene.solver.patch_size:

@@ -162,7 +162,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     surface = transport.mesh.surface[patch]
     share = sparse.coo_array((weight, (row, surface)), shape=(n, transport.n_surfaces)).tocsr()
     shown = np.where(middles[0] >= 0, transport.mesh.surface[middles[0]], -1)
-    return View(sensor, emitted(transport, n, row, patch, weight), shown.reshape(height, width),
+    return View(sensor, emitted(transport, n, row, patch, s, t, weight, eye), shown.reshape(height, width),
                 share, camera, eye, transport)
 
 

@@ -123,7 +123,7 @@ def _parts(transport: Transport, lum: Luminaire, lumens: float, index: int, eye:
     sight = points - eye
     distance = np.linalg.norm(sight, axis=-1)
     away = -sight / distance[..., None]
-    area = np.maximum(_projected_area(lum, away), SMALL_AREA)
+    area = np.maximum(lum.projected_area(away), SMALL_AREA)
     luminance = lumens * lum.intensity(away) / area
     upright = np.array([0.0, 0.0, 1.0]) - direction[2] * direction
     upright /= np.linalg.norm(upright)
@@ -133,11 +133,6 @@ def _parts(transport: Transport, lum: Luminaire, lumens: float, index: int, eye:
     if transport.visibility is not None and seen.any():
         seen[seen] = transport.visibility.clear(np.broadcast_to(eye, sight.shape)[seen], points[seen])
     return luminance, np.where(seen, area / (POINTS * distance**2), 0.0), position_index(right, up, forward)
-
-
-def _projected_area(lum: Luminaire, away: np.ndarray) -> np.ndarray:
-    """Luminous area [m²] seen from directions (…, 3) that leave it; 0 for a point."""
-    return lum.area * np.clip(away @ lum.normal, 0.0, None)
 
 
 def _notes(lum: Luminaire, solid_angle: float) -> list[str]:

@@ -185,7 +185,7 @@ def _near_a_lamp(transport: Transport, patch: np.ndarray, world: np.ndarray) -> 
             lit = np.einsum("ki,ki->k", away, normal) < -slack
             near |= lit & (size > NEAR_LAMP * np.linalg.norm(away, axis=1))
             continue
-        lit = ((world - lum.center) @ lum.normal > slack).any(axis=1)
+        lit = ((world - lum.center) @ lum.normal > slack).any(axis=1) | (not lum.forward_only)
         # Where a face touches a wall its light is bounded: no finer than a hundredth of the face.
         near |= lit & (size > np.maximum(NEAR_LAMP * _distance(lum, away), 0.01 * np.sqrt(lum.area)))
     return near

@@ -14,6 +14,7 @@ Number = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
 Positive = Annotated[float, Field(strict=True, ge=1 / FARTHEST, le=FARTHEST)]
 Amount = Annotated[float, Field(strict=True, ge=0, le=1e30)]
 Reflectance = Annotated[float, Field(strict=True, ge=0, le=1)]
+Count = Annotated[int, Field(strict=True, ge=1, le=50)]
 Vector = tuple[Number, Number, Number]
 
 
@@ -27,8 +28,8 @@ def one_of(table: BaseModel, *keys: str) -> None:
     """Refuse a table in which not exactly one of the keys is given."""
     given = [key for key in keys if getattr(table, key) is not None]
     if len(given) != 1:
-        raise ValueError(f"exactly one of {', '.join(keys)} must be given, "
-                         f"not {' and '.join(given) or 'none'}")
+        raise ValueError(f"exactly one of {', '.join(keys)} must be given, not "
+                         f"{' and '.join(given) or 'none'}")
 
 
 def has_length(direction: Vector) -> bool:
@@ -98,16 +99,20 @@ class MaterialTable(Table):
 
 
 class LuminaireTable(Table):
-    """A light source. Flat ones emit from their front only, as Lambert's law says."""
+    """A light source, or an array of them. Rectangles and discs emit from their front by Lambert's law."""
 
     name: str = "luminaire"
-    shape: Literal["rectangle", "disc", "point"]
+    shape: Literal["rectangle", "disc", "point", "ies"]
+    file: str | None = None
     center: Vector
     normal: Vector | None = None
     up: Vector | None = None
     size: tuple[Positive, Positive] | None = None
     diameter: Positive | None = None
     distribution: Literal["isotropic", "lambertian"] | None = None
+    array: tuple[Count, Count] | None = None
+    spacing: tuple[Positive, Positive] | None = None
+    dimming: Annotated[float, Field(strict=True, ge=0, le=1)] = 1.0
     flux: Amount | None = None
     luminance: Amount | None = None
     intensity: Amount | None = None
@@ -116,9 +121,15 @@ class LuminaireTable(Table):
 
     @model_validator(mode="after")
     def _shape(self):
-        if self.shape == "point":
+        sized = ("size", "diameter", "luminance", "intensity", "distribution")
+        needs_normal = False
+        if self.shape == "ies":
+            unused = sized
+            if self.file is None:
+                raise ValueError('file is missing; give an IES or EULUMDAT file, for example "lamp.ies"')
+        elif self.shape == "point":
             one_of(self, "flux", "intensity")
-            unused = ("size", "diameter", "luminance", "up")
+            unused = ("size", "diameter", "luminance", "file") + (() if self.array else ("up",))
             needs_normal = self.distribution == "lambertian"
             if self.normal is not None and not needs_normal:
                 raise ValueError('normal is given; an isotropic point has none. Remove it, or add '
@@ -126,16 +137,20 @@ class LuminaireTable(Table):
         else:
             one_of(self, "flux", "luminance")
             needs_normal = True
-            unused = ("intensity", "distribution", "diameter" if self.shape == "rectangle" else "size")
+            unused = ("file", "intensity", "distribution",
+                      "diameter" if self.shape == "rectangle" else "size")
             needed = "size" if self.shape == "rectangle" else "diameter"
             if getattr(self, needed) is None:
                 raise ValueError(f"{needed} is missing; a {self.shape} needs it, in metres")
         for key in unused:
             if getattr(self, key) is not None:
-                raise ValueError(f"{key} is given; a {self.shape} has none. Remove it")
-        if needs_normal and (self.normal is None or not has_length(self.normal)):
-            raise ValueError("normal is missing or of no length; give the direction the light "
-                             "leaves in, for example [0, 0, -1]")
+                raise ValueError(f"{key} is given; shape {self.shape!r} has none. Remove it")
+        if (self.array is None) != (self.spacing is None):
+            raise ValueError("array and spacing go together; give both, as array = [4, 3] and spacing = "
+                             "[1.8, 2.4] in metres, or neither")
+        if (needs_normal and self.normal is None) or (self.normal and not has_length(self.normal)):
+            raise ValueError("normal is missing or of no length; give the direction the light leaves in, "
+                             "for example [0, 0, -1]")
         if self.up is not None and not has_length(self.up):
             raise ValueError("up has no length; give any direction across the normal")
         if self.spectrum is not None and self.cct is not None:

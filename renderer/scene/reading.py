@@ -3,7 +3,7 @@
 import difflib
 import hashlib
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -12,15 +12,16 @@ import trimesh
 from pydantic import BaseModel, ValidationError
 
 from renderer.colour.bands import BandSet, band_set, prefiltered
-from renderer.colour.lamps import band_flux, correlated, illuminant, mean_light
+from renderer.colour.lamps import band_flux, mean_light
 from renderer.colour.materials import Material, srgb_to_linear
 from renderer.colour.munsell import munsell_chip
-from renderer.colour.spectrum import Spectrum, read_lamp, read_reflectance
+from renderer.colour.spectrum import Spectrum, read_reflectance
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.geometry import object_mesh
 from renderer.scene.grids import Grid, make_grids
-from renderer.scene.luminaires import Luminaire, make_luminaire
+from renderer.scene.lighting import resolve_luminaires
+from renderer.scene.luminaires import Luminaire
 from renderer.scene.mesh_rooms import mesh_room
 from renderer.scene.meshes import UNITS
 from renderer.scene.model import (
@@ -38,8 +39,6 @@ from renderer.scene.rooms import Room, box_room, outline_room, refuse_outside, s
 STAND_OFF = 4e-6
 """How far rays start off their surface and stop short of their target, relative to the room's
 longest side: some 60 times what rays resolve there, and 20 µm in a room of 5 m."""
-LATER = {"array": "one table each", "ies": "rectangle, disc or point"}
-"""Keys of the format that this version does not read yet, and what to use meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +63,7 @@ class Scene:
         the room's surfaces, the solids, the luminaires with area (black)
     materials : one Material per surface of the room and solid
     lamps : relative spectral power, one per luminaire
+    faults : of the luminaires' photometric files, in sentences
     """
 
     title: str
@@ -79,6 +79,7 @@ class Scene:
     observers: list[ObserverTable]
     camera: CameraTable | None
     solver: SolverTable
+    faults: list[str] = field(default_factory=list)
 
     @property
     def size(self) -> np.ndarray:
@@ -122,6 +123,10 @@ class Scene:
         for lum in self.luminaires:
             parts += [lum.center, lum.normal, np.array(lum.lambertian),
                       lum.center if lum.outline is None else lum.outline]
+            if lum.distribution is not None:
+                table = lum.distribution
+                parts += [table.azimuth, table.polar, table.candela, np.array(table.tilted), lum.axes]
+                parts += [np.array([f.middle, f.u, f.v]) for f in lum.opening]
         digest = hashlib.sha256()
         for part in parts:
             digest.update(repr((part.shape, str(part.dtype))).encode() + part.tobytes())
@@ -174,8 +179,6 @@ def _explain(fault: dict, table: dict) -> str:
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in where).lstrip(".")
     if fault["type"] == "extra_forbidden":
         word = str(where[-1])
-        if word in LATER:
-            return f"{key} is not read by this version; use {LATER[word]} meanwhile."
         known = _known_keys(where[:-1])
         near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}? " if near else ""
@@ -190,8 +193,6 @@ def _explain(fault: dict, table: dict) -> str:
         hint = " Divide percentages by 100."
     if where[-1:] == ["srgb"] and isinstance(fault["input"], str):
         return f'{key} is {fault["input"]!r}; must be # and six hexadecimal digits, as "#a03020".'
-    if fault["input"] == "ies":
-        return f"{key} 'ies' is not read by this version; use {LATER['ies']} meanwhile."
     return f"{key} is {fault['input']!r}; {_allowed(said)}.{hint}"
 
 
@@ -252,17 +253,7 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
                              f"to {spelt(highest)}. Move it.")
         solids.append(Solid(entry.name, mesh))
         of_solids.append(used(entry.material, f"objects[{index}].material"))
-    luminaires, lamps = [], []
-    for index, entry in enumerate(table.luminaires):
-        where = f"{path}: luminaires[{index}]"
-        try:
-            luminaire = make_luminaire(entry)
-        except ValueError as error:
-            raise InputError(f"{where}: {error}.") from None
-        for point in _rim(luminaire):
-            refuse_outside(room, point, f"{where} {entry.name!r} reaches", "Move or shrink it")
-        luminaires.append(luminaire)
-        lamps.append(_lamp(entry, path, where))
+    luminaires, lamps, faults = resolve_luminaires(table.luminaires, room, path)
     for key in ("photometers", "spot_meters", "observers"):
         for index, entry in enumerate(getattr(table, key)):
             refuse_outside(room, np.array(entry.position), f"{path}: {key}[{index}].position is",
@@ -272,7 +263,7 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
                        "Move it into the room")
     return Scene(table.title, path, room, solids, faces + of_solids, luminaires, lamps,
                  table.photometers, make_grids(table.photometer_grids, room, path), table.spot_meters,
-                 table.observers, table.camera, table.solver)
+                 table.observers, table.camera, table.solver, faults)
 
 
 def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> Material:
@@ -285,15 +276,6 @@ def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> M
         return Material(name, spectrum=read_reflectance(path.parent / table.spectrum, f"{where}.spectrum"))
     rgb = table.rgb if table.rgb is not None else srgb_to_linear(table.srgb)
     return Material(name, rgb=rgb, upsampling=upsampling)
-
-
-def _lamp(table, path: Path, where: str) -> Spectrum:
-    if table.cct is not None:
-        return correlated(table.cct)
-    name = "D65" if table.spectrum is None else table.spectrum
-    if Path(name).suffix.lower() not in (".csv", ".spdx"):
-        return illuminant(name, f"{where}.spectrum")
-    return read_lamp(path.parent / name, f"{where}.spectrum")
 
 
 def _room(table: RoomTable, materials: list[str], path: Path) -> Room:
@@ -327,14 +309,6 @@ def _room_materials(table: RoomTable, room: Room, used, path: Path) -> list[Mate
                                  "room.surfaces does not name. Give the name of their material.")
             materials.append(used(getattr(table, key), f"room.{key}"))
     return materials
-
-
-def _rim(luminaire: Luminaire) -> np.ndarray:
-    """Points (k, 3) [m] along a luminaire's edge: its ends may be in two arms of a room and it not."""
-    if luminaire.outline is None:
-        return luminaire.center[None]
-    part = np.arange(8)[:, None, None] / 8
-    return ((1 - part) * luminaire.outline + part * np.roll(luminaire.outline, -1, axis=0)).reshape(-1, 3)
 
 
 def _listed(names: list[str]) -> str:

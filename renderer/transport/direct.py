@@ -5,6 +5,7 @@ import numpy as np
 from renderer.scene.luminaires import Luminaire
 from renderer.transport.contour import exchange_areas, polygon_factors
 from renderer.transport.exchange import Exchange
+from renderer.transport.openings import measured_flux, through_opening
 from renderer.transport.patches import Mesh
 from renderer.transport.sampling import REPLICAS, Nets
 from renderer.transport.threads import CHUNK, in_threads
@@ -24,6 +25,9 @@ def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminai
     """Illuminance per lumen (k, n_luminaires) [lx/lm = m⁻²], nothing standing between."""
     factors = np.zeros((len(points), len(luminaires)))
     for index, lum in enumerate(luminaires):
+        if lum.opening:
+            factors[:, index] = through_opening(points, normals, lum)
+            continue
         if lum.outline is not None:
             corners = np.broadcast_to(lum.outline, (len(points), *lum.outline.shape))
             factors[:, index] = polygon_factors(points, normals, corners) / lum.area
@@ -55,8 +59,9 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
         targets = spread(luminaire, nets.draw(start, stop))
         reach = targets - origins
         distance2 = np.maximum(np.einsum("kri,kri->kr", reach, reach), 1e-300)
+        toward = luminaire.intensity(-reach / np.sqrt(distance2)[..., None])
         weight = (np.clip(np.einsum("kri,ki->kr", reach, normals[start:stop]), 0, None)
-                  * np.clip(-(reach @ luminaire.normal), 0, None) / distance2**2)
+                  * toward / distance2**1.5)
         needed = weight > 0
         free = np.zeros(weight.shape)
         free[needed] = visibility.clear(np.broadcast_to(origins, targets.shape)[needed],
@@ -79,6 +84,9 @@ def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminair
     outline = luminaire.center[None] if luminaire.outline is None else luminaire.outline
     edges = list(zip(outline, np.roll(outline, -1, axis=0), strict=True))
     shadowed = np.empty(len(points), dtype=bool)
+    # A sheet does not stand in the way of its own light.
+    own = (boxes.min(axis=1) == outline.min(axis=0)) & (boxes.max(axis=1) == outline.max(axis=0))
+    boxes = boxes[~own.all(axis=1)]
 
     def work(start: int, stop: int) -> None:
         p, n = points[start:stop], normals[start:stop]
@@ -164,6 +172,8 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
 
 def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
     """Share of a luminaire's lumens that each patch would receive if nothing stood between (k,)."""
+    if lum.distribution is not None:
+        return measured_flux(mesh, patch, lum, lambda at, normals: unoccluded(at, normals, [lum])[:, 0])
     corners = mesh.corners[patch]
     front = np.einsum("ki,ki->k", lum.center - mesh.centroid[patch], mesh.normal[patch]) > 0
     if lum.outline is None:

@@ -101,21 +101,22 @@ def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
     return patch, np.clip(s, 0, 1), np.clip(t, 0, 1)
 
 
-def emitted(transport: Transport, n: int, row: np.ndarray, patch: np.ndarray,
-            weight: np.ndarray) -> sparse.csr_array:
-    """Radiosity per lumen that each row sees of luminaires' fronts (n, n_luminaires) [m⁻²]."""
+def emitted(transport: Transport, n: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray, t: np.ndarray,
+            weight: np.ndarray, eye: np.ndarray) -> sparse.csr_array:
+    """Radiosity per lumen that each row sees of luminaires' faces from an eye (3,) (n, n_luminaires) [m⁻²]:
+    π times the luminance toward it."""
     mesh = transport.mesh
-    first = transport.n_surfaces - sum(lum.outline is not None for lum in transport.luminaires)
     with_face = [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
-    index, per_lumen = np.full(transport.n_surfaces, -1), np.zeros(transport.n_surfaces)
-    facing = np.zeros((transport.n_surfaces, 3))
-    for offset, k in enumerate(with_face):
-        index[first + offset] = k
-        per_lumen[first + offset] = 1 / transport.luminaires[k].area
-        facing[first + offset] = transport.luminaires[k].normal
-    surface = mesh.surface[patch]
-    front = (index[surface] >= 0) & (
-        np.einsum("ki,ki->k", mesh.normal[patch], facing[surface]) > 0)
-    values = (weight * per_lumen[surface])[front]
-    return sparse.coo_array((values, (row[front], index[surface][front])),
+    first = transport.n_surfaces - len(with_face)
+    rows, values, columns = [], [], []
+    for surface, k in enumerate(with_face, first):
+        seen = np.flatnonzero(mesh.surface[patch] == surface)
+        away = eye - mesh.at(patch[seen], s[seen], t[seen])
+        away /= np.linalg.norm(away, axis=1)[:, None]
+        rows.append(row[seen])
+        values.append(np.pi * weight[seen] * transport.luminaires[k].luminance(away))
+        columns.append(np.full(len(seen), k))
+    if not rows:
+        return sparse.csr_array((n, len(transport.luminaires)))
+    return sparse.coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
                             shape=(n, len(transport.luminaires))).tocsr()

@@ -189,7 +189,7 @@ class _Builder:
             points = lum.center[None] if lum.outline is None else np.vstack([lum.center, lum.outline])
             points = (points - rectangle.corner) @ axes.T
             lit = ((rectangle.corners - lum.center) @ lum.normal).max() > self.touch
-            if points[:, 2].max() <= self.touch or (lum.lambertian and not lit):
+            if points[:, 2].max() <= self.touch or (lum.forward_only and not lit):
                 continue
             for point in points:
                 while True:

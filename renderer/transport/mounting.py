@@ -7,7 +7,7 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, Polygon
 from renderer.scene.geometry import Rectangle
-from renderer.scene.luminaires import Luminaire
+from renderer.scene.luminaires import Luminaire, moved
 from renderer.scene.reading import Scene
 
 COPLANAR = 1e-7
@@ -15,6 +15,8 @@ COPLANAR = 1e-7
 MOUNTED = 0.005
 """A luminaire this near to the face behind it, relative to its shorter side, is mounted on it:
 the little light that would enter the gap is left out, its face covers that part of the surface."""
+SUNK = 0.005
+"""Share of a measured luminaire's light that may go into the surface it lies on; more is refused."""
 SHEET_OFF = 2e-5
 """How far a luminaire that is not mounted stands off a wall, relative to the longest side."""
 
@@ -54,14 +56,8 @@ def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | Non
     for parts in scene.room.surfaces.values():
         gap, cut_out = _gap_to(parts, luminaire, near, COPLANAR * scene.room.scale)
         if gap is not None:
-            return Mounting(_moved(luminaire, -gap * luminaire.normal), surface, cut_out)
+            return Mounting(moved(luminaire, -gap * luminaire.normal), surface, cut_out)
     return None
-
-
-def _moved(luminaire: Luminaire, shift: np.ndarray) -> Luminaire:
-    rectangle = luminaire.rectangle
-    return replace(luminaire, center=luminaire.center + shift, outline=luminaire.outline + shift,
-                   rectangle=rectangle and replace(rectangle, corner=rectangle.corner + shift))
 
 
 def _gap_to(parts: Parts, luminaire: Luminaire, near: float, touch: float) -> tuple[float | None, bool]:
@@ -128,7 +124,7 @@ def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
                                  "so none of its light enters the room. Turn its normal round.")
             # Rectangles of one plane move it once.
             shift += max(0.0, off - gap - shift @ face.normal) * face.normal
-    return _moved(luminaire, shift)
+    return moved(luminaire, shift)
 
 
 def _lowest(luminaire: Luminaire, face: Rectangle | Polygon, off: float) -> float | None:
@@ -147,3 +143,41 @@ def _lowest(luminaire: Luminaire, face: Rectangle | Polygon, off: float) -> floa
         flat, shape = face.flat(luminaire.outline), face.shape
     foot = shapely.MultiPoint(flat[height < off]).convex_hull
     return float(height.min()) if foot.distance(shape) < off else None
+
+
+def seated(scene: Scene, luminaire: Luminaire) -> Luminaire:
+    """A measured luminaire without the face of its opening that touches a surface of the room, from which
+    no light comes. Raises InputError where its light goes into the surface that it lies on."""
+    if luminaire.distribution is None:
+        return luminaire
+    edges = [np.linalg.norm(edge) for face in luminaire.opening for edge in (face.u, face.v)]
+    smallest = min(edges, default=0.0)
+    touch = max(MOUNTED * smallest, SHEET_OFF * scene.room.scale)
+    kept = list(luminaire.opening)
+    for name, parts in scene.room.surfaces.items():
+        for face in (*parts.rectangles, *parts.polygons):
+            if _over(luminaire.center, face, touch):
+                sunk = luminaire.share_into(-face.normal)
+                if sunk > SUNK:
+                    raise InputError(f"{scene.path}: luminaires {luminaire.name!r} lies on {name!r}, into "
+                                     f"which {sunk * luminaire.lumens:.4g} of its {luminaire.lumens:.4g} lm "
+                                     "would go. Hang it a few centimetres lower, or give a file without "
+                                     "that light.")
+            kept = [part for part in kept if part.normal @ face.normal > -1 + 1e-9
+                    or not _over(luminaire.center + part.middle, face, touch)]
+    if len(kept) == len(luminaire.opening) or len(luminaire.opening) == 2:
+        return luminaire
+    return replace(luminaire, opening=tuple(kept))
+
+
+def _over(point: np.ndarray, face: Rectangle | Polygon, touch: float) -> bool:
+    """Whether a point (3,) lies on a flat part of the room, to within `touch` [m]."""
+    import shapely
+
+    corner = face.corner if isinstance(face, Rectangle) else face.origin
+    if not -touch < (point - corner) @ face.normal < touch:
+        return False
+    if isinstance(face, Polygon):
+        return bool(face.shape.distance(shapely.Point(face.flat(point[None])[0])) < touch)
+    along = [(point - corner) @ edge / (edge @ edge) for edge in (face.u, face.v)]
+    return all(-1e-9 <= x <= 1 + 1e-9 for x in along)

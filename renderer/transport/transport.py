@@ -23,7 +23,7 @@ from renderer.transport.form_factors import (
     ray_exchange,
 )
 from renderer.transport.mesh import build_mesh
-from renderer.transport.mounting import stand_off
+from renderer.transport.mounting import seated, stand_off
 from renderer.transport.patches import Mesh
 from renderer.transport.visibility import Visibility
 
@@ -126,7 +126,7 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int) -> 
     patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches.
     """
     started = time.perf_counter()
-    luminaires = [stand_off(scene, luminaire) for luminaire in scene.luminaires]
+    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     mesh = build_mesh(scene, luminaires, patch_size)
     visibility = Visibility(mesh) if rays else None
     if visibility is None:

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from renderer.colour.bands import band_set
+from renderer.errors import InputError
 from renderer.scene.reading import Scene
 from renderer.scene.rooms import Room
 
@@ -91,6 +92,9 @@ def hand_over(scene: Scene) -> Handover:
     surfaces = [Surface(p, rho) for p, rho in zip(polygons, reflectance, strict=True)]
     points = []
     for lum, flux in zip(scene.luminaires, scene.flux(bands), strict=True):
+        if lum.distribution is not None:
+            raise InputError(f"{scene.path}: luminaires {lum.name!r} is from a photometric file, which the "
+                             "peers are not given. Leave it out.")
         outline = lum.outline
         if outline is None and not lum.lambertian:
             points.append(Point(units(lum.center), flux / (4 * np.pi) * scale**2))

@@ -1,0 +1,42 @@
+"""Commands that look at one luminaire: luminaire."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from renderer.cli.options import Output
+from renderer.cli.terminal import list_files, show
+
+
+def luminaire(file: str, *, json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+              output: Output | None = None) -> None:
+    """A photometric file: flux, beam and field angles, spacing, faults, and a polar diagram.
+
+    Parameters
+    ----------
+    file
+        An IES LM-63 (.ies) or EULUMDAT (.ldt) file.
+    json_
+        Print one JSON object instead of a table.
+    """
+    from renderer.files import output_folder
+    from renderer.scene.photometric.files import read_photometry
+    from renderer.studies.luminaire import record_of, rows_of, save_diagram
+
+    output = output or Output()
+    path = Path(file)
+    photometry = read_photometry(path, "FILE")
+    record = record_of(photometry, path)
+    out = output_folder(output.out)
+    diagram = save_diagram(photometry, record, out / f"{path.stem}_polar.png")
+    if json_:
+        print(json.dumps(record, indent=1, allow_nan=False))
+        return
+    show(path.name, ["quantity", "value"], rows_of(record))
+    for fault in record["faults"]:
+        print(f"Fault: {fault}")
+    if not record["faults"]:
+        print("No fault found.")
+    list_files([diagram], out)

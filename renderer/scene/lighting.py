@@ -1,0 +1,57 @@
+"""A scene's luminaires from its tables: their files, arrays, spectra, and places in the room."""
+
+from pathlib import Path
+
+import numpy as np
+
+from renderer.colour.lamps import correlated, illuminant
+from renderer.colour.spectrum import Spectrum, read_lamp
+from renderer.errors import InputError
+from renderer.scene.luminaires import Luminaire, make_luminaires
+from renderer.scene.model import LuminaireTable
+from renderer.scene.photometric.files import read_photometry
+from renderer.scene.rooms import Room, refuse_outside
+
+
+def resolve_luminaires(tables: list[LuminaireTable], room: Room,
+                       path: Path) -> tuple[list[Luminaire], list[Spectrum], list[str]]:
+    """Every luminaire, its lamp's relative spectrum, and the faults of their files, in sentences.
+
+    Raises InputError.
+    """
+    luminaires, lamps, faults, read = [], [], [], {}
+    for index, table in enumerate(tables):
+        where = f"{path}: luminaires[{index}]"
+        if table.file is not None and table.file not in read:
+            read[table.file] = read_photometry(path.parent / table.file, f"{where}.file")
+            faults += [f"{table.file}: {fault}." for fault in read[table.file].faults]
+        try:
+            made = make_luminaires(table, read.get(table.file))
+        except ValueError as error:
+            raise InputError(f"{where}: {error}.") from None
+        for luminaire in made:
+            for point in _extremes(luminaire):
+                refuse_outside(room, point, f"{where} {luminaire.name!r} reaches", "Move or shrink it")
+        luminaires += made
+        lamps += [_lamp(table, path, where)] * len(made)
+    return luminaires, lamps, faults
+
+
+def _lamp(table: LuminaireTable, path: Path, where: str) -> Spectrum:
+    if table.cct is not None:
+        return correlated(table.cct)
+    name = "D65" if table.spectrum is None else table.spectrum
+    if Path(name).suffix.lower() not in (".csv", ".spdx"):
+        return illuminant(name, f"{where}.spectrum")
+    return read_lamp(path.parent / name, f"{where}.spectrum")
+
+
+def _extremes(luminaire: Luminaire) -> np.ndarray:
+    """Points (k, 3) [m] along a luminaire's edge: its ends may be in two arms of a room and it not; and on
+    the outer faces of its opening."""
+    if luminaire.outline is None:
+        return luminaire.center[None]
+    part = np.arange(8)[:, None, None] / 8
+    rim = (1 - part) * luminaire.outline + part * np.roll(luminaire.outline, -1, axis=0)
+    outer = [luminaire.center + face.middle for face in luminaire.opening]
+    return np.concatenate([rim.reshape(-1, 3), np.reshape(outer, (-1, 3))])
