@@ -7,3 +7,7 @@ class InputError(Exception):
 
 class SolveError(Exception):
     """The scene is well formed but has no answer (no steady state, too large for the memory)."""
+
+
+class CacheWarning(UserWarning):
+    """Something kept between runs is of no use; the run goes on without it."""

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from renderer.cache import Cache
 from renderer.colour.bands import BandSet, band_set, narrow_bands
 from renderer.colour.lamps import spectral_flux
 from renderer.plan import Plan, make_plan
@@ -16,7 +17,7 @@ from renderer.readings.reconstruction import reconstructed
 from renderer.readings.uncertainty import Figure, half_widths
 from renderer.scene.reading import Scene
 from renderer.transport.solve import radiosity
-from renderer.transport.transport import Transport, compute_transport
+from renderer.transport.transport import Transport, compute, compute_transport
 
 Progress = Callable[[str], None]
 
@@ -82,8 +83,12 @@ class Reading:
 
 @dataclass
 class Rooms:
-    """Transports already computed: rooms of one shape share one, whatever their materials."""
+    """Transports already computed: rooms of one shape share one, whatever their materials.
 
+    cache : where they are kept between runs; None for nowhere
+    """
+
+    cache: Cache | None = None
     kept: dict = field(default_factory=dict)
 
     def transport(self, scene: Scene, plan: Plan, seed: int,
@@ -92,8 +97,13 @@ class Rooms:
         key = (scene.geometry_key, plan.patch_size, plan.rays, seed)
         if key not in self.kept:
             progress(f"{scene.title}: form factors; {'; '.join(plan.reasons)}")
-            self.kept[key] = compute_transport(scene, plan.patch_size, plan.rays, seed)
+            self.kept[key] = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key))
         return self.kept[key]
+
+    def _remember(self, key: tuple):
+        if self.cache is None:
+            return compute
+        return lambda name, make: self.cache.arrays(f"{key} {name}", make)
 
 
 @dataclass(frozen=True)
@@ -127,7 +137,7 @@ class Solution:
     def received(self) -> np.ndarray:
         """What each patch receives by way of the others (n_patches, n_bands)."""
         exchange = self.transport.exchange
-        exchange = exchange if self.sample is None else exchange.replicas[self.sample]
+        exchange = exchange if self.sample is None else self.transport.replicas[self.sample]
         return exchange.irradiance(self.radiosity)
 
     @property
@@ -263,9 +273,9 @@ class Solution:
             plan = self.plan.times(1 / parts)
             other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
         bands = band_set("rgb")
-        plans = (self.plan, self.transport) if self.transport.exchange.replicas else (plan, other)
+        plans = (self.plan, self.transport) if self.transport.parts > 1 else (plan, other)
         samples = [solve_on(self.scene, bands, plans[0], self.rooms, plans[1], k)
-                   for k in range(len(plans[1].exchange.replicas))]
+                   for k in range(len(plans[1].replicas))]
         return (solve_on(self.scene, bands, self.plan, self.rooms, self.transport), samples,
                 solve_on(self.scene, bands, plan, self.rooms, other))
 
@@ -306,7 +316,7 @@ def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: 
               sample: int | None = None) -> Solution:
     """Solve a scene on a transport already computed; with one independent sample of the rays, if given."""
     started = time.perf_counter()
-    exchange = transport.exchange if sample is None else transport.exchange.replicas[sample]
+    exchange = transport.exchange if sample is None else transport.replicas[sample]
     direct = transport.direct if sample is None else transport.direct_parts[sample]
     reflectance, flux = scene.reflectance(bands), scene.flux(bands)
     first, index, scale = distinct_bands(reflectance, flux)

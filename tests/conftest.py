@@ -59,6 +59,12 @@ def room(tmp_path):
     return make
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory):
+    """Form factors are kept in a folder of the tests, not in the user's."""
+    os.environ["XDG_CACHE_HOME"] = str(tmp_path_factory.mktemp("cache"))
+
+
 @pytest.fixture(scope="session")
 def run():
     """A function that runs the command line in a folder, as a user does."""

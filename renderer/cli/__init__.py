@@ -2,12 +2,13 @@
 
 import signal
 import sys
+import warnings
 
 from cyclopts import App, CycloptsError
 
-from renderer.cli import luminaires, readings, rooms, studies
-from renderer.cli.terminal import interrupt, leave
-from renderer.errors import InputError, SolveError
+from renderer.cli import kept, luminaires, readings, rooms, studies
+from renderer.cli.terminal import interrupt, leave, say
+from renderer.errors import CacheWarning, InputError, SolveError
 
 app = App(name="renderer", help="Does it matter that lighting software models colour as RGB? "
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
@@ -16,11 +17,15 @@ app = App(name="renderer", help="Does it matter that lighting software models co
 for command in (rooms.compare, rooms.render, rooms.pseudocolour, readings.photometer, readings.luminance,
                 readings.ugr, studies.validate, studies.spectrum, studies.gamut, luminaires.luminaire):
     app.command(command)
+app.command(kept.app)
 
 
 def main() -> None:
     """Run the command line; every refusal is one line on stderr."""
     signal.signal(signal.SIGINT, interrupt)
+    shown = warnings.showwarning
+    warnings.showwarning = lambda message, category, *rest, **more: (
+        say(f"warning: {message}") if category is CacheWarning else shown(message, category, *rest, **more))
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="replace")
     try:

@@ -53,7 +53,7 @@ class Solving:
     seed: Annotated[int | None, Parameter(converter=_whole)] = None
     "Of everything random; else as the scene says."
     no_cache: Annotated[bool, Parameter(negative="")] = False
-    "Use nothing kept between runs (nothing is kept yet)."
+    "Use no form factors kept between runs, and keep none."
 
     def checked(self) -> "Solving":
         """Refuse what the types let through."""
@@ -62,6 +62,14 @@ class Solving:
         if self.bands is not None and self.bands not in BAND_SETS:
             raise InputError(f"--bands is {self.bands!r}; must be one of {', '.join(BAND_SETS)}.")
         return self
+
+
+    def rooms(self):
+        """Where form factors come from: computed, or kept between runs."""
+        from renderer.cache import user_cache
+        from renderer.solution import Rooms
+
+        return Rooms(None if self.no_cache else user_cache())
 
 
 @Parameter(name="*")

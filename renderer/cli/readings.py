@@ -50,7 +50,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
 
     with progress_shown(output.quiet) as progress:
         solution, (readings, areas), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
-                                                           solving.seed, progress=progress)
+                                                           solving.seed, solving.rooms(), progress)
         asked = solving.accuracy or loaded.solver.accuracy
         files = [file for area in areas for file in save_grid(loaded, area, out)]
         record = solution_record(solution, readings, asked, time.perf_counter() - started, areas)
@@ -119,7 +119,7 @@ def luminance(scene: str, *, pixel: str | None = None,
 
     with progress_shown(output.quiet) as progress:
         solution, (seen, surfaces), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
-                                                          solving.seed, progress=progress)
+                                                          solving.seed, solving.rooms(), progress)
         asked = solving.accuracy or loaded.solver.accuracy
     record = {**of_run(solution, asked, time.perf_counter() - started),
               "spots": [luminance_record(figure, spot.position, spot.axis, spot.angle)

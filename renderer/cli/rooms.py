@@ -25,7 +25,7 @@ def compare(*scenes: str, solving: Solving | None = None, output: Output | None 
         warn_before(scene, solving.accuracy)
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
-        cases = solve_all(loaded, solving.accuracy, solving.seed, progress)
+        cases = solve_all(loaded, solving.accuracy, solving.seed, solving.rooms(), progress)
         files = save_table(cases, out) + save_pictures(cases, out, progress)
     rows = []
     for case in cases:
@@ -81,7 +81,7 @@ def _one_room(scene: str, solving: Solving | None, output: Output | None, save) 
     warn_before(loaded, solving.accuracy)
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
-        solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, progress=progress)
+        solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, solving.rooms(), progress)
         files = save(solution, out, progress)
     warn(solution, [], 0.0)
     show_laws([solution])

@@ -137,6 +137,6 @@ def _painted(scene: str, material: str | None, solving: Solving, progress):
 
     loaded = load(scene)
     name = painted_material(loaded, material)
-    place, error = painted_room(loaded, name, solving.accuracy, solving.seed, progress)
+    place, error = painted_room(loaded, name, solving.accuracy, solving.seed, solving.rooms(), progress)
     return place, (f"{loaded.title}: {name!r} takes the colours, all else stays; between the reflectances "
                    f"solved, readings are interpolated to {max(error, 1e-15):.0e}.\n")

@@ -38,10 +38,10 @@ class Case:
     record: dict
 
 
-def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None,
+def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, rooms: Rooms,
               progress: Progress) -> list[Case]:
     """Solve every room in every band set; rooms of one geometry share its form factors."""
-    rooms, cases, first = Rooms(), [], {}
+    cases, first = [], {}
     for scene, stem in zip(scenes, _stems(scenes), strict=True):
         for bands in BAND_SETS:
             started = time.perf_counter()

@@ -40,7 +40,7 @@ def painted_material(scene: Scene, name: str | None) -> str:
     return name or max(areas, key=areas.get)
 
 
-def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int | None,
+def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int | None, rooms: Rooms,
                  progress: Progress) -> tuple[Place, float]:
     """The place that a room is when one of its materials takes any colour; the rest stay.
 
@@ -54,7 +54,6 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
         raise InputError(f"{scene.path}: luminaires give no light; add one, or give it flux.")
     seed = scene.solver.seed if seed is None else seed
     plan = make_plan(scene, accuracy or scene.solver.accuracy, scene.solver.patch_size)
-    rooms = Rooms()
     transport = rooms.transport(scene, plan, seed, progress)
     lumens = [lum.lumens for lum in scene.luminaires]
     bands = {name: scene.band_set(name) for name in BAND_SETS}

@@ -6,13 +6,11 @@ kept and reported.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
-from renderer.transport.patches import Mesh
 from renderer.transport.threads import in_threads
 
 CLOSED, CLOSED_BY_RAYS = 1e-12, 1e-4
@@ -25,8 +23,6 @@ DENSE, SMALL = 0.03, 4000
 patches it is taken for that alone; of larger meshes, where it also takes less memory."""
 WORTHWHILE = 1 << 22
 """Entries from which a product is split among cores."""
-CLUSTERS = 1000
-"""About how many clusters stand for a large mesh where its whole is solved first."""
 
 
 @dataclass(frozen=True)
@@ -111,8 +107,6 @@ class Exchange:
     reciprocity_error : max |S_ab − S_ba| between two surfaces, of the smaller area, before balancing
     worst_patch : where the closure error is largest
     worst_pair : the two surfaces with the largest reciprocity error
-    cluster : (n,) to which cluster of neighbours each patch belongs
-    replicas : the same from independent parts of the rays; none where no ray was cast, or few
     """
 
     areas: np.ndarray
@@ -121,23 +115,32 @@ class Exchange:
     reciprocity_error: float
     worst_patch: int
     worst_pair: tuple[int, int]
-    cluster: np.ndarray
-    replicas: tuple["Exchange", ...] = ()
 
     def irradiance(self, radiosity: np.ndarray) -> np.ndarray:
         """What each patch receives from the others (n, bands), from radiosity (n, bands)."""
         areas = np.where(self.areas > 0, self.areas, 1.0)
         return (self.matrix @ radiosity) / areas[:, None]
 
-    @cached_property
-    def between_clusters(self) -> np.ndarray:
-        """Exchange areas of whole clusters (m, m) [m²]."""
-        member = members(self.cluster)
-        if isinstance(self.matrix, np.ndarray):
-            return member @ (member @ self.matrix).T
-        own = np.diag(member @ self.matrix.diagonal)
-        half = (member @ self.matrix.given @ member.T).toarray()
-        return half + half.T + own
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All of it as plain arrays."""
+        matrix = {"matrix": self.matrix}
+        if isinstance(self.matrix, Counted):
+            given = self.matrix.given
+            matrix = {"data": given.data, "indices": given.indices, "indptr": given.indptr,
+                      "diagonal": self.matrix.diagonal}
+        errors = np.array([self.closure_error, self.reciprocity_error])
+        worst = np.array([self.worst_patch, *self.worst_pair])
+        return {"areas": self.areas, "errors": errors, "worst": worst, **matrix}
+
+
+def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
+    """The operator whose arrays those are."""
+    matrix, n = arrays.get("matrix"), len(arrays["areas"])
+    if matrix is None:
+        given = sparse.csr_array((arrays["data"], arrays["indices"], arrays["indptr"]), shape=(n, n))
+        matrix = Counted(given, given.T.tocsr(), arrays["diagonal"])
+    patch, *pair = (int(k) for k in arrays["worst"])
+    return Exchange(arrays["areas"], matrix, *map(float, arrays["errors"]), patch, tuple(pair))
 
 
 def better_dense(n: int, entries: int) -> bool:
@@ -145,23 +148,9 @@ def better_dense(n: int, entries: int) -> bool:
     return entries > DENSE * n * n if n <= SMALL else 12 * entries > 8 * n * n
 
 
-def members(group: np.ndarray) -> sparse.csr_array:
-    """Which patches each group has (n_groups, n_patches), from each patch's group (n_patches,)."""
-    return sparse.csr_array((np.ones(len(group)), (group, np.arange(len(group)))))
-
-
-def clusters(mesh: Mesh) -> np.ndarray:
-    """To which of about CLUSTERS groups of neighbours, each of one surface, each patch belongs (n,)."""
-    low, scale = mesh.bounds[0], mesh.scale
-    cells = max(1, int(scale / np.sqrt(mesh.area.sum() / CLUSTERS)))
-    place = np.clip(((mesh.centroid - low) / scale * cells).astype(np.int64), 0, cells - 1)
-    key = ((mesh.surface * cells + place[:, 0]) * cells + place[:, 1]) * cells + place[:, 2]
-    return np.unique(key, return_inverse=True)[1].ravel()
-
-
 def reciprocity(raw, surface: np.ndarray, areas: np.ndarray) -> tuple[float, tuple[int, int]]:
     """Largest |S_ab − S_ba| between two surfaces, relative to the smaller one's area; and those two."""
-    member = members(surface)
+    member = sparse.csr_array((np.ones(len(surface)), (surface, np.arange(len(surface)))))
     between = member @ (member @ raw).T
     between = between.toarray() if sparse.issparse(between) else between
     area = np.bincount(surface, areas)

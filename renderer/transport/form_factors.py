@@ -4,11 +4,11 @@ import numpy as np
 from scipy import sparse
 
 from renderer.transport.contour import exchange_areas, frames, point_factors
-from renderer.transport.exchange import Counted, Exchange, balance, better_dense, clusters, reciprocity
+from renderer.transport.exchange import Counted, Exchange, balance, better_dense, reciprocity
 from renderer.transport.patches import Mesh
 from renderer.transport.sampling import REPLICAS, Nets, cosine_directions
 from renderer.transport.threads import CHUNK, in_threads
-from renderer.transport.visibility import INSIDE, Visibility
+from renderer.transport.visibility import INSIDE, NOTHING, Visibility
 
 NEAR = 4.0
 """Pairs nearer than this many patch sizes are integrated over both patches; farther ones from
@@ -39,7 +39,7 @@ def contour_exchange(mesh: Mesh) -> Exchange:
     exact = exchange_areas(mesh.corners[first], mesh.corners[second])
     matrix[first, second] = matrix[second, first] = exact
     return Exchange(mesh.area, balance(matrix, mesh.area), float(closure.max()), error,
-                    int(closure.argmax()), pair, clusters(mesh))
+                    int(closure.argmax()), pair)
 
 
 def _near_pairs(centroid: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -52,35 +52,22 @@ def _near_pairs(centroid: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.
     return first[near], second[near]
 
 
-def ray_exchange(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...]) -> Exchange:
-    """Factors counted from cosine-distributed rays, from points all over each patch: each row sums
-    to 1 whatever stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7),
-    1986). The cost grows with the number of patches, not its square.
-
-    rays : per patch, a power of 2, in independent nets; each net alone is a replica, and how far they
-    differ is the sampling error.
-    """
-    parts = independent_parts(len(mesh.patches), rays)
-    hits, buried = _cast(mesh, visibility, rays, seed, parts)
-    part = rays // parts
-    replicas = tuple(_count(mesh, hits[:, k * part:(k + 1) * part], buried, ())
-                     for k in range(parts if parts > 1 else 0))
-    return _count(mesh, hits, buried, replicas)
-
-
 def independent_parts(patches: int, rays: int) -> int:
     """In how many independent parts so many rays a patch are drawn; 1 for none."""
     return REPLICAS if rays >= FEW * REPLICAS and patches <= MANY else 1
 
 
-def _cast(mesh: Mesh, visibility: Visibility, rays: int, seed, parts: int) -> tuple[np.ndarray, np.ndarray]:
-    """The patch each ray meets (n_patches, rays), and which rays started covered up."""
+def cast(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...]) -> np.ndarray:
+    """The patch that each of `rays` cosine-distributed rays from points all over each patch meets
+    (n_patches, rays); INSIDE where the ray starts covered up, NOTHING where it is lost.
+
+    rays : a power of 2, in independent nets one after the other.
+    """
     n = len(mesh.patches)
+    parts = independent_parts(n, rays)
     nets = Nets(rays // parts, 4, seed, parts)
     axes = frames(mesh.normal)
     hits = np.empty((n, rays), dtype=np.int32)
-    buried = np.zeros((n, rays), dtype=bool)
-    step = max(1, CHUNK // rays)
 
     def work(start: int, stop: int) -> None:
         patch = np.arange(start, stop)
@@ -93,28 +80,30 @@ def _cast(mesh: Mesh, visibility: Visibility, rays: int, seed, parts: int) -> tu
         partly = np.flatnonzero((found < 0).any(axis=1))
         inside = visibility.inside_solid(origins[partly].reshape(-1, 3),
                                          np.repeat(mesh.normal[start + partly], rays, axis=0))
-        inside = inside.reshape(-1, rays)
-        buried[start + partly] = inside
-        found[partly] = np.where(inside, INSIDE, found[partly])
+        lost = np.where(found[partly] < 0, NOTHING, found[partly])
+        found[partly] = np.where(inside.reshape(-1, rays), INSIDE, lost)
         hits[start:stop] = found
 
-    in_threads(work, n, step)
-    buried[~visibility.exposed] = True
-    return hits, buried
+    in_threads(work, n, max(1, CHUNK // rays))
+    hits[~visibility.exposed] = INSIDE
+    return hits
 
 
-def _count(mesh: Mesh, hits: np.ndarray, buried: np.ndarray, replicas: tuple) -> Exchange:
+def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
+    """Factors counted from what rays meet (n_patches, rays), of `cast`: each row sums to 1 whatever
+    stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
+    grows with the number of patches, not its square."""
     n = len(mesh.patches)
     kept = hits >= 0
-    exposed = 1 - buried.mean(axis=1)
+    exposed = 1 - (hits == INSIDE).mean(axis=1)
     alive = (exposed > BURIED) & kept.any(axis=1)
     closure = np.where(alive, exposed - kept.mean(axis=1), 0.0)
     areas = np.where(alive, mesh.area * exposed, 0.0)
     share = areas / np.maximum(kept.sum(axis=1), 1)
     kept &= alive[:, None] & alive[hits]
-    count = kept.sum(axis=1)
-    given = sparse.csr_array((np.repeat(share / 2, count), hits[kept],
-                              np.concatenate([[0], np.cumsum(count)])), shape=(n, n))
+    hit = kept.sum(axis=1)
+    given = sparse.csr_array((np.repeat(share / 2, hit), hits[kept],
+                              np.concatenate([[0], np.cumsum(hit)])), shape=(n, n))
     error, pair = reciprocity(given, mesh.surface, areas)
     if better_dense(n, 2 * hits.size):
         half = given.toarray()
@@ -122,32 +111,32 @@ def _count(mesh: Mesh, hits: np.ndarray, buried: np.ndarray, replicas: tuple) ->
     else:
         matrix = Counted(given, given.T.tocsr(), np.zeros(n))
     return Exchange(areas, balance(matrix, areas), float(np.abs(closure).max()), 2 * error,
-                    int(np.abs(closure).argmax()), pair, clusters(mesh), replicas)
+                    int(np.abs(closure).argmax()), pair)
 
 
-def gather_by_rays(points: np.ndarray, normals: np.ndarray, visibility: Visibility, rays: int,
-                   seed: tuple[int, ...]) -> tuple[sparse.csr_array, tuple[sparse.csr_array, ...]]:
-    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), and
-    the same from each of REPLICAS independent parts of the rays.
+def look_round(points: np.ndarray, normals: np.ndarray, visibility: Visibility, rays: int,
+               seed: tuple[int, ...]) -> np.ndarray:
+    """The patch that each of `rays` cosine-distributed rays from each point meets (k, rays), in REPLICAS
+    independent nets one after the other.
 
     points : (k, 3) [m], already off their surface. A point inside a solid sees nothing.
     """
-    n, part = len(visibility.mesh.patches), rays // REPLICAS
-    nets = Nets(part, 2, seed, REPLICAS)
+    nets = Nets(rays // REPLICAS, 2, seed, REPLICAS)
     axes = frames(normals)
     hits = np.empty((len(points), rays), dtype=np.int32)
-    step = max(1, CHUNK // rays)
 
     def work(start: int, stop: int) -> None:
         directions = cosine_directions(nets.draw(start, stop), axes[start:stop]).reshape(-1, 3)
         origins = np.repeat(points[start:stop], rays, axis=0)
         hits[start:stop] = visibility.first_hit(origins, directions).reshape(-1, rays)
 
-    in_threads(work, len(points), step)
+    in_threads(work, len(points), max(1, CHUNK // rays))
+    return hits
 
-    def counted(found: np.ndarray) -> sparse.csr_array:
-        row, ray = np.nonzero(found >= 0)
-        weights = np.full(len(row), 1 / found.shape[1])
-        return sparse.coo_array((weights, (row, found[row, ray])), shape=(len(points), n)).tocsr()
 
-    return counted(hits), tuple(counted(hits[:, k * part:(k + 1) * part]) for k in range(REPLICAS))
+def shares(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
+    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), from
+    what rays meet (k, rays)."""
+    row, ray = np.nonzero(hits >= 0)
+    weights = np.full(len(row), 1 / hits.shape[1])
+    return sparse.coo_array((weights, (row, hits[row, ray])), shape=(len(hits), n_patches)).tocsr()

@@ -4,27 +4,32 @@ A grey and a red room of one shape share it, whatever the bands; so do their pic
 """
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
+from renderer.cache import Arrays
 from renderer.errors import InputError
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
 from renderer.scene.rooms import Room
 from renderer.transport.contour import HORIZON, point_factors
 from renderer.transport.direct import direct_on_patches
-from renderer.transport.exchange import Exchange
+from renderer.transport.exchange import Exchange, from_arrays
 from renderer.transport.form_factors import (
+    cast,
     contour_exchange,
-    gather_by_rays,
+    count,
     independent_parts,
-    ray_exchange,
+    look_round,
+    shares,
 )
 from renderer.transport.mesh import build_mesh
-from renderer.transport.mounting import seated, stand_off
+from renderer.transport.mounting import stand_off
 from renderer.transport.patches import Mesh
+from renderer.transport.sampling import REPLICAS
 from renderer.transport.visibility import Visibility
 
 HIDDEN = 0.05
@@ -34,15 +39,19 @@ INWARD = 1e-3
 receives, relative to their distance: a point on an edge or under an object has no one answer."""
 
 
+def compute(_name: str, make: Callable[[], Arrays]) -> Arrays:
+    """What `make` returns: nothing is kept between runs."""
+    return make()
+
+
 @dataclass
 class Transport:
-    """The mesh of a room and its operators, per lumen and per unit of radiosity.
+    """The mesh of a room and its operators, per lumen and per unit of radiosity; each is computed when it
+    is first asked for.
 
     room, mesh, luminaires, seed
     visibility : None where nothing can stand between two points
-    exchange : who exchanges light with whom
-    direct_parts : (k, n_patches, n_luminaires) mean illuminance per lumen [m⁻²], in independent
-        samples; one where no ray is cast
+    remember : called with a name and what makes its arrays; returns those, made or kept
     """
 
     room: Room
@@ -52,9 +61,50 @@ class Transport:
     rays_per_patch: int
     seed: int
     visibility: Visibility | None
-    exchange: Exchange
-    direct_parts: np.ndarray
+    remember: Callable[[str, Callable[[], Arrays]], Arrays] = compute
     seconds: float = field(default=0.0)
+
+    @cached_property
+    def hits(self) -> np.ndarray:
+        """What the rays from each patch meet (n_patches, rays)."""
+        return self.remember("rays", lambda: {"hits": cast(
+            self.mesh, self.visibility, self.rays_per_patch, (self.seed, 1))})["hits"]
+
+    @cached_property
+    def exchange(self) -> Exchange:
+        """Who exchanges light with whom."""
+        def make() -> Arrays:
+            exchange = contour_exchange(self.mesh) if self.visibility is None else count(self.mesh, self.hits)
+            return exchange.arrays()
+
+        return from_arrays(self.remember("exchange", make))
+
+    @cached_property
+    def replicas(self) -> tuple[Exchange, ...]:
+        """The same from each independent part of the rays; none where no ray is cast, or too few are."""
+        if self.parts == 1:
+            return ()
+        return tuple(count(self.mesh, hits) for hits in np.split(self.hits, self.parts, axis=1))
+
+    @cached_property
+    def _direct(self) -> Arrays:
+        def make() -> Arrays:
+            direct, lost = direct_on_patches(self.mesh, self.exchange, self.luminaires, self.visibility,
+                                             (self.seed, 2), self.parts)
+            return {"direct": direct, "lost": lost}
+
+        return self.remember("direct", make)
+
+    @property
+    def direct_parts(self) -> np.ndarray:
+        """Mean illuminance of each patch per lumen (parts, n_patches, n_luminaires) [m⁻²], in independent
+        samples."""
+        return self._direct["direct"]
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Share of each luminaire's lumens that meets no surface (n_luminaires,)."""
+        return self._direct["lost"]
 
     @property
     def rays(self) -> int:
@@ -95,9 +145,13 @@ class Transport:
         points, normals = self._vertex_points()
         if self.visibility is None:
             lifted = points + HORIZON / 2 * mesh.scale * normals
-            return point_factors(lifted, normals, mesh), ()
+            return self.remember("vertices", lambda: {"factors": point_factors(
+                lifted, normals, mesh)})["factors"], ()
         lifted = self.visibility.off(points, normals)
-        return gather_by_rays(lifted, normals, self.visibility, self.rays_per_patch, (self.seed, 3))
+        hits = self.remember("vertices", lambda: {"hits": look_round(
+            lifted, normals, self.visibility, self.rays_per_patch, (self.seed, 3))})["hits"]
+        return shares(hits, len(mesh.patches)), tuple(
+            shares(part, len(mesh.patches)) for part in np.split(hits, REPLICAS, axis=1))
 
     @cached_property
     def reflecting(self) -> np.ndarray:
@@ -120,34 +174,32 @@ class Transport:
         return mesh.vertices + INWARD * (target - mesh.vertices), normals
 
 
-def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int) -> Transport:
+def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
+                      remember=compute) -> Transport:
     """Divide the room into patches and find out who exchanges light with whom.
 
-    patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches.
+    patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches;
+    remember : as in `Transport`.
     """
     started = time.perf_counter()
-    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
+    luminaires = [stand_off(scene, luminaire) for luminaire in scene.luminaires]
     mesh = build_mesh(scene, luminaires, patch_size)
-    visibility = Visibility(mesh) if rays else None
-    if visibility is None:
-        exchange = contour_exchange(mesh)
-    else:
-        exchange = ray_exchange(mesh, visibility, rays, (seed, 1))
-    parts = independent_parts(len(mesh.patches), rays)
-    direct, lost = direct_on_patches(mesh, exchange, luminaires, visibility, (seed, 2), parts)
-    _refuse_hidden(scene, exchange, luminaires, lost)
-    return Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed, visibility, exchange,
-                     direct, time.perf_counter() - started)
+    transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed,
+                          Visibility(mesh) if rays else None, remember)
+    _refuse_hidden(scene, transport)
+    if transport.parts == 1:
+        transport.__dict__.pop("hits", None)  # counted, and as large as the rest
+    transport.seconds = time.perf_counter() - started
+    return transport
 
 
-def _refuse_hidden(scene: Scene, exchange: Exchange, luminaires: list[Luminaire],
-                   lost: np.ndarray) -> None:
+def _refuse_hidden(scene: Scene, transport: Transport) -> None:
     """Raise InputError where objects fill the room, or a luminaire's light does not get into it."""
-    if not exchange.areas.any():
+    if not transport.exchange.areas.any():
         names = ", ".join(repr(solid.name) for solid in scene.solids)
         raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "
                          "Make them smaller.")
-    for index in np.flatnonzero(np.abs(lost) > HIDDEN):
-        raise InputError(f"{scene.path}: luminaires[{index}] {luminaires[index].name!r} sends "
-                         f"{lost[index]:.0%} of its light into a surface that it touches or an object "
-                         "that covers it. Move it clear, or turn its normal into the room.")
+    for index in np.flatnonzero(np.abs(transport.lost) > HIDDEN):
+        raise InputError(f"{scene.path}: luminaires[{index}] {transport.luminaires[index].name!r} sends "
+                         f"{transport.lost[index]:.0%} of its light into a surface that it touches or an "
+                         "object that covers it. Move it clear, or turn its normal into the room.")

@@ -1,0 +1,118 @@
+"""What is kept on disk between runs: arrays that geometry and settings alone decide, as form factors are."""
+
+import hashlib
+import io
+import os
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from renderer.errors import CacheWarning, InputError
+from renderer.files import whole_file
+
+LIMIT = 2 << 30
+"""Bytes that all files together may have; past that the one not used for longest goes."""
+LARGEST = LIMIT // 2
+"""What is larger is not kept: writing and reading it takes as long as computing it."""
+DIGEST = 32
+"""Bytes of a checksum, at the start of each file."""
+
+Arrays = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Cache:
+    """Files in one folder, each named after what it holds; whole or absent, whoever else writes there."""
+
+    folder: Path
+
+    def arrays(self, key: str, make: Callable[[], Arrays]) -> Arrays:
+        """What `make` returns, or what it returned when that key was last asked for.
+
+        A damaged file is made anew, with a warning; a folder that cannot be written to is one, too.
+        """
+        path = self.folder / f"{_digest(f'{_code()} {key}'.encode()).hex()}.kept"
+        try:
+            held = path.read_bytes()
+            os.utime(path)
+        except OSError:
+            held = None
+        if held is not None:
+            if held[:DIGEST] == _digest(held[DIGEST:]):
+                with np.load(io.BytesIO(held[DIGEST:]), allow_pickle=False) as file:
+                    return dict(file)
+            warnings.warn(f"{path} is damaged; what it held is computed anew.", CacheWarning,
+                          stacklevel=2)
+        made = make()
+        if sum(array.nbytes for array in made.values()) <= LARGEST:
+            self._keep(path, made)
+        return made
+
+    def _keep(self, path: Path, made: Arrays) -> None:
+        packed = io.BytesIO()
+        np.savez(packed, **made)
+        try:
+            with whole_file(path) as part, part.open("wb") as file:
+                file.write(_digest(packed.getbuffer()))
+                file.write(packed.getbuffer())
+        except InputError:
+            warnings.warn(f"{self.folder} cannot be written to; nothing is kept between runs. Free it, or "
+                          "give --no-cache.", CacheWarning, stacklevel=2)
+        self._shrink(LIMIT)
+
+    @cached_property
+    def size(self) -> tuple[int, int]:
+        """How many files there are, and how many bytes they have together."""
+        held = self._files()
+        return len(held), sum(bytes_ for _, bytes_, _ in held)
+
+    def clear(self) -> None:
+        """Remove every file."""
+        self._shrink(0)
+
+    def _shrink(self, limit: int) -> None:
+        """Remove the files not used for longest until the rest have at most `limit` bytes."""
+        held = sorted(self._files())
+        left = sum(bytes_ for _, bytes_, _ in held)
+        for _, bytes_, path in held:
+            if left <= limit:
+                break
+            path.unlink(missing_ok=True)  # another process may have been faster
+            left -= bytes_
+
+    def _files(self) -> list[tuple[float, int, Path]]:
+        """When each file was last used, its bytes, and its path; parts left behind are among them."""
+        found = []
+        for path in self.folder.glob("*.kept"):
+            try:
+                status = path.stat()
+            except OSError:
+                continue
+            found.append((status.st_mtime, status.st_size, path))
+        return found
+
+
+def user_cache() -> Cache:
+    """The user's own, where their system keeps such files."""
+    from platformdirs import user_cache_path
+
+    return Cache(user_cache_path("renderer"))
+
+
+def _digest(data) -> bytes:
+    return hashlib.blake2b(data, digest_size=DIGEST).digest()
+
+
+@cache
+def _code() -> str:
+    """What the arrays depend on beside their key: this program's geometry and transport, and its packages."""
+    package = Path(__file__).parent
+    sources = sorted([*package.glob("scene/**/*.py"), *package.glob("transport/*.py")])
+    versions = [version(name) for name in ("numpy", "scipy", "embreex", "trimesh", "shapely")]
+    texts = [path.read_text(encoding="utf-8") for path in sources]
+    return _digest("".join([*versions, *texts]).encode()).hex()

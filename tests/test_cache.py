@@ -1,0 +1,146 @@
+"""Form factors kept between runs: whole, harmless, and of the same numbers."""
+
+import json
+import os
+import warnings
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+from renderer import cache
+from renderer.cache import Cache
+from renderer.errors import CacheWarning
+from renderer.plan import make_plan
+from renderer.solution import Rooms, solve
+from renderer.transport import transport
+
+CRATE = {"shape": "box", "name": "crate", "position": [0.5, 0.5, 0.0], "size": [1.0, 1.0, 1.0]}
+METER = {"name": "floor", "position": [2.5, 2.0, 0.0]}
+
+
+def never():
+    raise AssertionError("what is kept is computed again")
+
+
+def made(value: float = 1.0):
+    return {"a": np.full(1000, value), "b": np.arange(3)}
+
+
+def test_what_is_kept_is_what_was_made(tmp_path):
+    kept = Cache(tmp_path)
+    kept.arrays("one", made)
+    again = kept.arrays("one", never)
+    np.testing.assert_array_equal(again["a"], made()["a"])
+    np.testing.assert_array_equal(again["b"], made()["b"])
+    assert kept.arrays("two", lambda: made(2.0))["a"][0] == 2.0
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip", "empty", "text"])
+def test_a_damaged_file_is_made_anew_with_a_warning(tmp_path, damage):
+    kept = Cache(tmp_path)
+    kept.arrays("one", made)
+    (path,) = tmp_path.glob("*.kept")
+    held = bytearray(path.read_bytes())
+    if damage == "flip":
+        held[len(held) // 2] ^= 1
+    path.write_bytes({"cut": held[:-7], "flip": held, "empty": b"", "text": b"not arrays"}[damage])
+    with pytest.warns(CacheWarning, match="damaged"):
+        assert kept.arrays("one", lambda: made(3.0))["a"][0] == 3.0
+    assert kept.arrays("one", never)["a"][0] == 3.0
+
+
+def test_the_file_not_used_for_longest_goes_first(tmp_path, monkeypatch):
+    kept = Cache(tmp_path)
+    for name in "abc":
+        kept.arrays(name, made)
+    files, size = kept.size
+    assert files == 3
+    for age, path in enumerate(sorted(tmp_path.glob("*.kept"))):
+        os.utime(path, (1e9 - age, 1e9 - age))  # c was used last, by the names' own order of age
+    oldest = min(tmp_path.glob("*.kept"), key=lambda path: path.stat().st_mtime)
+    monkeypatch.setattr(cache, "LIMIT", size)
+    kept.arrays("d", made)
+    assert not oldest.exists()
+    assert len(list(tmp_path.glob("*.kept"))) == 3
+
+
+def test_what_is_too_large_is_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(cache, "LARGEST", 100)
+    Cache(tmp_path).arrays("one", made)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_to_is_a_warning(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.warns(CacheWarning, match="cannot be written"):
+        assert Cache(tmp_path / "file" / "below").arrays("one", made)["b"][2] == 2
+
+
+def _write(folder, value):
+    for k in range(50):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found = Cache(folder).arrays(f"key {k % 5}", lambda: made(7.0))
+        assert (found["a"] == 7.0).all()
+
+
+def test_processes_at_once_do_no_harm(tmp_path):
+    context = get_context("spawn")
+    workers = [context.Process(target=_write, args=(tmp_path, k)) for k in range(2)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    assert [worker.exitcode for worker in workers] == [0, 0]
+    assert len(list(tmp_path.iterdir())) == 5  # and no part left
+
+
+@pytest.mark.parametrize("objects", [(), (CRATE,)])
+def test_a_kept_room_gives_the_same_numbers_and_casts_no_ray(room, tmp_path, monkeypatch, objects):
+    first = solve(room(objects=objects, photometers=[METER]), accuracy=0.05, rooms=Rooms(Cache(tmp_path)))
+    read = first.photometers()[0]
+    for work in ("cast", "count", "contour_exchange", "direct_on_patches", "look_round"):
+        if not (work == "count" and objects):  # replicas are counted again from what rays met
+            monkeypatch.setattr(transport, work, lambda *args: never())
+    # Another material, lamp power and meter: the geometry is the same.
+    solve(room(rho=0.8, objects=objects), accuracy=0.05, rooms=Rooms(Cache(tmp_path)))
+    again = solve(room(objects=objects, photometers=[METER]), accuracy=0.05, rooms=Rooms(Cache(tmp_path)))
+    np.testing.assert_array_equal(again.radiosity, first.radiosity)
+    same = again.photometers()[0]
+    assert (same.total_lx, same.uncertainty) == (read.total_lx, read.uncertainty)
+
+
+def test_another_geometry_setting_or_program_has_its_own(room, tmp_path, monkeypatch):
+    kept = Cache(tmp_path / "kept")
+
+    def files(**changed):
+        scene = room(objects=[{**CRATE, **changed.get("crate", {})}])
+        plan = make_plan(scene, changed.get("accuracy", 0.05), None)
+        Rooms(kept).transport(scene, plan, changed.get("seed", 0))
+        return len(list(kept.folder.iterdir()))
+
+    counts = [files(), files(), files(crate={"rotation": 10.0}), files(accuracy=0.03), files(seed=1)]
+    monkeypatch.setattr(cache, "_code", lambda: "another version")
+    counts.append(files())
+    assert counts == [3, 3, 6, 9, 12, 15]
+
+
+def test_the_commands_say_and_clear_what_is_kept(here, room, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
+    scene = room(objects=[CRATE], photometers=[METER]).path
+    ask = ("photometer", scene, "--accuracy", "5%", "--json", "--quiet")
+    first, again, without = (json.loads(here(*ask, *more, cwd=tmp_path).stdout)
+                             for more in ((), (), ("--no-cache",)))
+    assert first["readings"] == again["readings"] == without["readings"]
+    assert again["rays"] < first["rays"] == without["rays"]
+    said = here("cache", "info", cwd=tmp_path).stdout
+    assert "8 files" in said
+    path = next((tmp_path / "kept" / "renderer").glob("*.kept"))
+    path.write_bytes(b"damaged")
+    damaged = here(*ask, cwd=tmp_path)
+    assert damaged.returncode == 0
+    assert "is damaged" in damaged.stderr
+    assert json.loads(damaged.stdout)["readings"] == first["readings"]
+    assert "8 files" in here("cache", "clear", cwd=tmp_path).stdout
+    assert "0 files" in here("cache", "info", cwd=tmp_path).stdout
