@@ -20,8 +20,8 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     """95 % half-widths, mesh and sampling, of the indirect illuminance on each patch (n_patches,) [lx].
 
     As a photometer's (readings/uncertainty.py): in RGB, from another mesh and from the samples of the
-    rays; here of what is interpolated between vertices, the largest at a patch's corners and middle and
-    at those of its neighbours, since a difference may vanish by chance at one place.
+    rays; here of what is interpolated between vertices, the largest at a patch's corners and middle, since a
+    difference may vanish by chance at one place.
     """
     fine, samples, other = solution.family
     mesh, luminous = solution.transport.mesh, fine.bands.luminous
@@ -37,7 +37,7 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     np.maximum.at(of_surface, mesh.surface, largest)
     largest = np.where(found.any(axis=1), largest, of_surface[mesh.surface])
     ratio = other.plan.patch_size / fine.plan.patch_size
-    of_mesh = _and_neighbours(mesh, largest) / abs(ratio - 1) + ROUNDING * _at_middle(mesh, here)
+    of_mesh = largest / abs(ratio - 1) + ROUNDING * _at_middle(mesh, here)
     if not samples:
         return of_mesh, np.zeros(len(mesh.patches))
     spread = np.array([sample.vertex_irradiance @ luminous for sample in samples]).std(axis=0, ddof=1)
@@ -60,12 +60,6 @@ def _on(other: Solution, places: np.ndarray, normals: np.ndarray, on_vertices: n
     weights = mesh.weights(found, *mesh.inside(found, points))
     values = (weights * on_vertices[mesh.patches[found]]).sum(axis=1)
     return np.where((patch >= 0) & flat, values, np.nan).reshape(places.shape[:2])
-
-
-def _and_neighbours(mesh, on_patches: np.ndarray) -> np.ndarray:
-    on_vertices = np.zeros(len(mesh.vertices))
-    np.maximum.at(on_vertices, mesh.patches, on_patches[:, None])
-    return on_vertices[mesh.patches].max(axis=1)
 
 
 def shadow_bars(view: View) -> sparse.csr_array:

@@ -18,7 +18,7 @@ const rooms = data.rooms.map((room, index) => ({...room, index, geometry: geomet
   solutions: Object.fromEntries(Object.entries(room.solutions).map(([name, s]) =>
     [name, {...s, received: curves(bytes, s.received), luminous: s.xyz.map(row => row[1])}]))}));
 
-const BAND_SETS = ["rgb", "31"];
+const BAND_SETS = ["rgb", "31"], BANDS = {rgb: "RGB", 31: "31"};
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const along = (a, direction, reach) => a.map((x, k) => x + reach * direction[k]);

@@ -119,7 +119,7 @@ function drawMarks() {
     });
     const at = cursor && cursor.spots[room.index];
     const cross = at && at.pixel !== undefined ? [placed(element("div", {className: "cross"}), ...middleOf(view, at.pixel))] : [];
-    pane.marks.replaceChildren(...rings, ...labels, ...cross);
+    pane.marks.replaceChildren(...cross, ...rings, ...labels);
   }
 }
 
@@ -146,17 +146,17 @@ function readOut() {
   const names = state.bands === "difference" ? ["rgb", "31"] : [state.bands];
   const rows = [...new Set(shownRooms())].flatMap(room => {
     const there = cursor.spots[room.index];
-    if (!there) return [[room.title, "not seen there", "", "", "", ""]];
+    if (!there) return [[room.title, "–", "not seen there", "", "", ""]];
     return names.map(name => {
       const v = there.values[name];
-      return [room.title, {rgb: "RGB", 31: "31"}[name], figure(v.luminance),
-              there.lamp ? "a luminaire" : `${figure(v.total)} ± ${figure(v.bar, 2)}`, figure(v.direct), figure(v.indirect)];
+      return [room.title, BANDS[name], there.lamp ? "a luminaire" : `${figure(v.total)} ± ${figure(v.bar, 2)}`,
+              figure(v.luminance), figure(v.direct), figure(v.indirect)];
     }).concat(names.length === 2 ? [[room.title, "RGB against 31",
-      `${figure(difference(there.values.rgb.luminance, there.values["31"].luminance), 3)} %`,
-      `${figure(difference(there.values.rgb.total, there.values["31"].total), 3)} %`, "", ""]] : []);
+      `${figure(difference(there.values.rgb.total, there.values["31"].total), 3)} %`,
+      `${figure(difference(there.values.rgb.luminance, there.values["31"].luminance), 3)} %`, "", ""]] : []);
   });
   $("readout").replaceChildren(tableOf([`${spot.surface} (${spot.position.map(x => figure(x)).join(", ")}) m`, "bands",
-    "luminance cd/m²", "illuminance lx", "direct lx", "indirect lx"], rows));
+    "illuminance lx", "luminance cd/m²", "direct lx", "indirect lx"], rows));
 }
 
 function tableOf(columns, rows) {

@@ -4,7 +4,6 @@ const pins = [];
 let pinned = 0;
 const INKS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a7f00", "#777777"];  // Okabe and Ito
 const DASHES = ["", "7 3", "2 3", "9 3 2 3"];
-const BANDS = {rgb: "RGB", 31: "31"};
 const percent = part => Number.isFinite(part) ? `${figure(100 * part, 3)} %` : "–";
 
 function addPin(spots, from) {
@@ -27,16 +26,16 @@ function drawPins() {
 function card(pin) {
   const spot = pin.spots[pin.from], where = spot.position.map(x => figure(x, 5)).join(", ");
   const what = spot.mean ? `mean over a patch of ${figure(spot.area, 3)} m² around (${where}) m` : `(${where}) m`;
-  const rows = pin.spots.flatMap((there, k) => there === null ? [[rooms[k].title, "not seen there", "", "", "", "", "", ""]]
+  const rows = pin.spots.flatMap((there, k) => there === null ? [[rooms[k].title, "–", "not seen there", "", "", "", "", ""]]
     : BAND_SETS.map(name => [there.values[name], BANDS[name]]).map(([v, bands]) =>
-        [rooms[k].title, bands, figure(v.direct), figure(v.indirect), percent(v.indirect / v.total), figure(v.total, 5),
-         `± ${figure(v.bar, 2)}`, figure(v.luminance)]));
+        [rooms[k].title, bands, figure(v.total, 5), `± ${figure(v.bar, 2)}`, figure(v.direct), figure(v.indirect),
+         percent(v.indirect / v.total), figure(v.luminance)]));
   const remove = element("button", {type: "button", textContent: "Remove"});
   remove.setAttribute("aria-label", `Remove reading ${pin.number}`);
   remove.addEventListener("click", () => removePin(pin.number));
   const made = element("article", {className: "card"},
     element("h3", {}, `${pin.number} · ${spot.surface}, ${what}`, remove),
-    element("div", {}, tableOf(["room", "bands", "direct lx", "indirect lx", "indirect share", "total lx", "95 % lx",
+    element("div", {}, tableOf(["room", "bands", "total lx", "95 % lx", "direct lx", "indirect lx", "indirect share",
                                 "luminance cd/m²"], rows)));
   if (pin.spots.some(there => there && there.values["31"].spectrum)) made.lastChild.append(chart(pin));
   return made;
