@@ -12,6 +12,11 @@ const views = data.views.map(v => ({...v, patch: wholes(bytes, v.patch),
   light: v.light.map(column => logarithms(bytes, column)), bars: sparse(bytes, v.bars),
   shining: sparse(bytes, v.shining), edge: wholes(bytes, v.edge), edgeDirect: sparse(bytes, v.edgeDirect),
   edgeIndirect: sparse(bytes, v.edgeIndirect)}));
+// How far the farthest vertex is from the middle, in longest sides.
+for (const g of geometries) {
+  g.reach = 0;
+  for (let k = 0; k < g.vertices.length; k += 3) g.reach = Math.max(g.reach, Math.hypot(...g.vertices.subarray(k, k + 3)) / g.scale);
+}
 const rooms = data.rooms.map((room, index) => ({...room, index, geometry: geometries[room.geometry],
   view: room.view === null ? null : views[room.view],
   bars: {mesh: logarithms(bytes, room.bars.mesh), sampling: logarithms(bytes, room.bars.sampling)},

@@ -64,7 +64,7 @@ function chart(pin) {
   for (let w = 400; w <= 700; w += 50) svg.append(drawn("text", {x: x(w), y: bottom + 15, "text-anchor": "middle"}, `${w}`));
   svg.append(drawn("text", {x: (left + wide) / 2, y: bottom + 29, "text-anchor": "middle"}, "wavelength, nm"),
              drawn("text", {x: 4, y: 13}, "W m⁻² nm⁻¹"));
-  for (const part of [0, 0.5, 1]) svg.append(drawn("text", {x: left - 5, y: y(part * end) + 4, "text-anchor": "end"}, figure(part * end, 2)));
+  for (const part of peak > 1e-300 ? [0, 0.5, 1] : [0]) svg.append(drawn("text", {x: left - 5, y: y(part * end) + 4, "text-anchor": "end"}, figure(part * end, 2)));
   const line = (values, of) => drawn("polyline", {fill: "none", points: values.map((v, b) => `${x(nm[b]).toFixed(1)},${y(v).toFixed(1)}`).join(" "), ...of});
   const different = [...new Map(shown.map(s => [relative(s.lamps).map(v => v.toFixed(6)).join(), s])).values()];
   for (const s of different) {

@@ -39,7 +39,8 @@ function reading(room, patch, weights, light, half, shining) {
           lamp: g.lamp[patch] === 1, values: found};
 }
 
-const absolute = (g, p) => p.map((x, k) => x + g.middle[k]);
+// In the scene's own coordinates; a hair off 0 is 0.
+const absolute = (g, p) => p.map((x, k) => Math.abs(x + g.middle[k]) < 1e-6 * g.scale ? 0 : x + g.middle[k]);
 const point = (f, s, t) => along(along(f.o, f.u, s), f.v, t);
 
 // At the middle of a pixel; null where it shows nothing.

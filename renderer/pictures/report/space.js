@@ -1,5 +1,6 @@
 // The rooms in three dimensions: patches in the colours of the scale, to turn and to read.
 
+const HALF_ANGLE = 0.33;  // rad, of what is seen across the shorter side
 const space = startSpace();
 
 function startSpace() {
@@ -13,7 +14,8 @@ function startSpace() {
     box.append(renderer.domElement);
     const camera = new THREE.PerspectiveCamera(38, 1, 0.05, 50);
     camera.up.set(0, 0, 1);
-    camera.position.set(0.9, -1.9, 1.25);
+    const far = Math.max(...geometries.map(g => g.reach)) / Math.sin(HALF_ANGLE);
+    camera.position.set(0.36, -0.78, 0.51).multiplyScalar(far);
     const controls = new THREE.OrbitControls(camera, renderer.domElement);
     controls.addEventListener("change", () => drawSpace());
     controls.enablePan = false;
@@ -116,7 +118,7 @@ function drawSpace() {
     renderer.setScissor(k * part, 0, part - (k < shown.length - 1 ? 2 : 0), height);
     renderer.clear();
     camera.aspect = part / height;
-    camera.fov = 2 * Math.atan(Math.tan(0.33) / Math.min(1, camera.aspect)) * 180 / Math.PI;
+    camera.fov = 2 * Math.atan(Math.tan(HALF_ANGLE) / Math.min(1, camera.aspect)) * 180 / Math.PI;
     camera.updateProjectionMatrix();
     renderer.render(scenes[room.index].scene, camera);
     marks.push(...marksInSpace(room, k, shown.length));
