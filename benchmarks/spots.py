@@ -2,8 +2,8 @@
 
     .venv/bin/python benchmarks/spots.py [accuracy] [spots] [scene …]
 
-Pixels drawn at random: their illuminance as the report reads it, against a photometer there in the room solved
-again with a quarter of the error and other random numbers. Prints a line a room.
+Pixels drawn at random: their illuminance as the report reads it, against a photometer there in the room
+solved again with a quarter of the error and other random numbers. Prints a line a room.
 """
 
 import sys
@@ -21,10 +21,11 @@ def main(accuracy: float = 0.02, spots: int = 150, *scenes: str) -> None:
     """Print the study."""
     for name in scenes or ("red_room", "l_shaped", "furnished_room"):
         error, bar, total = np.array(list(compared(renderer.load(name), accuracy, spots))).T
+        off, wide = 100 * error / total, 100 * bar / total
         print(f"{name}: {len(error)} spots, {np.mean(error <= bar):.1%} inside; median error "
-              f"{100 * np.median(error / total):.2f} %, bar {100 * np.median(bar / total):.2f} %, bar over error "
-              f"{np.median(bar / error):.1f}; 95th percentile of error {100 * np.quantile(error / total, 0.95):.1f}"
-              f" %, of bar {100 * np.quantile(bar / total, 0.95):.1f} %", flush=True)
+              f"{np.median(off):.2f} %, bar {np.median(wide):.2f} %, bar over error {np.median(bar / error):.1f}; "
+              f"95th percentile of error {np.quantile(off, 0.95):.1f} %, of bar {np.quantile(wide, 0.95):.1f} %",
+              flush=True)
 
 
 def compared(scene, accuracy: float, spots: int):

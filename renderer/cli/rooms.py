@@ -1,4 +1,4 @@
-"""Commands that show rooms: compare, render, pseudocolour."""
+"""Commands that show rooms: compare, report, render, pseudocolour."""
 
 from shlex import quote
 
@@ -73,6 +73,7 @@ def report(*scenes: str, solving: Solving | None = None, output: Output | None =
         warn(room.solutions["31"], room.readings["31"], asked)
     for note in notes:
         say(note)
+    show_laws([room.solutions["31"] for room in rooms])
     print(f"{file}: {file.stat().st_size / 1e6:.1f} MB, opens in any browser")
 
 

@@ -15,7 +15,6 @@ from renderer.pictures.report.bars import patch_bars, shadow_bars
 from renderer.pictures.report.pack import Pack
 from renderer.readings.uncertainty import STUDENT
 from renderer.solution import Solution
-from renderer.transport.field import emitted
 from renderer.transport.transport import Transport
 
 
@@ -54,8 +53,7 @@ def lamps_of(solutions: list[Solution]) -> Lamps:
 
 def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
     """The patches of a room, and the direct light on each."""
-    mesh, n = transport.mesh, len(transport.mesh.patches)
-    shining = emitted(transport, n, np.arange(n), np.arange(n), np.ones(n))
+    mesh = transport.mesh
     spread = (transport.direct_parts.std(axis=0, ddof=1) / np.sqrt(len(transport.direct_parts))
               if len(transport.direct_parts) > 1 else np.zeros(transport.direct.shape))
     return {
@@ -67,12 +65,22 @@ def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
         "lamp": pack.whole(~transport.reflecting),
         "light": _columns(lamps.joined(transport.direct), pack),
         "lightBars": _columns(np.sqrt(_squares(lamps, STUDENT * spread)), pack),
-        "shining": _sparse(lamps.joined(shining), pack),
+        "shining": _sparse(lamps.joined(_exitance(transport)), pack),
         "groups": len(lamps.first),
         "luminaires": [{"name": lum.name, "center": (lum.center - mesh.middle).tolist(),
                         "outline": None if lum.outline is None else (lum.outline - mesh.middle).tolist()}
                        for lum in transport.luminaires],
     }
+
+
+def _exitance(transport: Transport) -> sparse.csr_array:
+    """What the fronts of luminaires' faces send per lumen (n_patches, n_luminaires) [m⁻²]."""
+    mesh, faces = transport.mesh, [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
+    found = sparse.lil_array((len(mesh.patches), len(transport.luminaires)))
+    for surface, k in enumerate(faces, transport.n_surfaces - len(faces)):
+        front = (mesh.surface == surface) & (mesh.normal @ transport.luminaires[k].normal > 0)
+        found[np.flatnonzero(front), k] = 1 / transport.luminaires[k].area
+    return found.tocsr()
 
 
 def view_data(view: View, lamps: Lamps, pack: Pack) -> dict:

@@ -23,6 +23,7 @@ function start() {
     $(id).addEventListener("change", () => { state[side] = Number($(id).value); draw(); });
   }
   $("which").hidden = $("layout").hidden = rooms.length === 1;
+  if (!rooms.some(room => room.view)) state.tops.luminance = fitted();
   if (!rooms.some(room => room.view)) $("pictures").querySelectorAll("#stage, .hint").forEach(part => { part.hidden = true; });
   for (const name of ["layout", "light", "bands", "mode", "quantity"]) {
     document.querySelectorAll(`[name=${name}]`).forEach(input => {

@@ -182,5 +182,4 @@ def _versions() -> str:
         except PackageNotFoundError:
             return f"{package} (not installed)"
 
-    return ", ".join([of("renderer"), f"Python {platform.python_version()}", of("numpy"), of("scipy"),
-                      of("embreex"), of("trimesh")])
+    return ", ".join([of("renderer"), f"Python {platform.python_version()}", of("numpy"), of("scipy")])

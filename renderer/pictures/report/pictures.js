@@ -71,14 +71,12 @@ function saidOf() {
 
 // A round end of the scale that all but a few of the values shown stay below.
 function fitted() {
-  const every = shownRooms().filter(room => room.view).flatMap(room => Array.from(values(room)))
-    .map(Math.abs).filter(x => x > 0 && Number.isFinite(x)).sort((a, b) => a - b);
-  if (state.bands === "difference") return round(Math.max(0.01, every[Math.floor(0.98 * (every.length - 1))] ?? 1));
-  const spots = shownRooms().filter(room => room.view).flatMap(room => {
-    const shown = values(room);
-    return Array.from(shown).filter((x, i) => x > 0 && room.view.patch[i] && !room.geometry.lamp[room.view.patch[i] - 1]);
+  const every = shownRooms().flatMap(room => {
+    const {view, geometry: {lamp}} = room, shown = view ? values(room) : patchValues(room);
+    return Array.from(shown, Math.abs).filter((x, i) => x > 0 && !(view ? lamp[view.patch[i] - 1] : lamp[i]));
   }).sort((a, b) => a - b);
-  return round(spots[Math.floor(0.995 * (spots.length - 1))] ?? 1);
+  const end = share => every[Math.floor(share * (every.length - 1))] ?? 1;
+  return round(state.bands === "difference" ? Math.max(0.01, end(0.98)) : end(0.995));
 }
 
 function drawLegend() {
@@ -137,6 +135,7 @@ function pointAt(room, pixel) {
 }
 
 function readOut() {
+  if (!rooms.some(room => room.view)) return;
   if (!cursor) {
     $("readout").replaceChildren(element("p", {className: "hint", textContent: "Point at a picture for luminance and "
       + "illuminance there; click, or arrow keys and Enter, to keep a reading."}));
@@ -173,10 +172,22 @@ function pixelUnder(event, pane) {
   return Math.min(view.height - 1, Math.max(0, y)) * view.width + Math.min(view.width - 1, Math.max(0, x));
 }
 
+// The pane whose picture is seen under the pointer: where one lies over the other, on which side of the border.
+function paneUnder(event, pane) {
+  const box = pane.frame.getBoundingClientRect(), part = (event.clientX - box.left) / box.width;
+  const over = $("stage").className === "over" && roomOf(panes[1]).view;
+  return over && part > Number($("wipe").querySelector("input").value) / 100 ? panes[1] : pane;
+}
+
+function follow(event, pane) {
+  const under = paneUnder(event, pane);
+  pointAt(roomOf(under), pixelUnder(event, under));
+}
+
 for (const pane of panes) {
-  pane.frame.addEventListener("pointermove", event => pointAt(roomOf(pane), pixelUnder(event, pane)));
+  pane.frame.addEventListener("pointermove", event => follow(event, pane));
   pane.frame.addEventListener("pointerleave", () => { cursor = null; drawMarks(); readOut(); });
-  pane.frame.addEventListener("click", event => { pointAt(roomOf(pane), pixelUnder(event, pane)); keep(); });
+  pane.frame.addEventListener("click", event => { follow(event, pane); keep(); });
   pane.frame.addEventListener("keydown", event => {
     const {view} = roomOf(pane), step = event.shiftKey ? 10 : 1;
     const move = {ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step]}[event.key];
