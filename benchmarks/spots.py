@@ -22,10 +22,10 @@ def main(accuracy: float = 0.02, spots: int = 150, *scenes: str) -> None:
     for name in scenes or ("red_room", "l_shaped", "furnished_room"):
         error, bar, total = np.array(list(compared(renderer.load(name), accuracy, spots))).T
         off, wide = 100 * error / total, 100 * bar / total
-        print(f"{name}: {len(error)} spots, {np.mean(error <= bar):.1%} inside; median error "
-              f"{np.median(off):.2f} %, bar {np.median(wide):.2f} %, bar over error {np.median(bar / error):.1f}; "
-              f"95th percentile of error {np.quantile(off, 0.95):.1f} %, of bar {np.quantile(wide, 0.95):.1f} %",
-              flush=True)
+        print(f"{name}: {len(error)} spots, {np.mean(error <= bar):.1%} inside; median "
+              f"error {np.median(off):.2f} %, bar {np.median(wide):.2f} %, bar over error "
+              f"{np.median(bar / error):.1f}; 95th percentile of error {np.quantile(off, 0.95):.1f} %, of bar "
+              f"{np.quantile(wide, 0.95):.1f} %", flush=True)
 
 
 def compared(scene, accuracy: float, spots: int):

@@ -22,6 +22,7 @@ from renderer.pictures.report.viewpoint import looks
 from renderer.readings.photometer import make_meter
 from renderer.scene.model import CameraTable
 from renderer.scene.reading import load
+from renderer.studies import reporting
 from renderer.studies.reporting import LARGEST, save, solve_rooms
 from renderer.transport.field import direct_on, seen_from
 
@@ -206,6 +207,14 @@ def test_a_camera_of_many_pixels_is_shown_smaller(room):
     (view,), notes = looks([(scene, transport)], 5000)
     assert view.patch.shape == (50, 100)
     assert "8192 × 4096 pixels are shown as 100 × 50" in notes[0]
+
+
+def test_what_cannot_be_made_small_is_said(room, tmp_path, monkeypatch):
+    monkeypatch.setattr(reporting, "LARGEST", 1000)
+    scene = replace(room(0.5), camera=CAMERA)
+    _, notes = written([scene], tmp_path)
+    assert len(notes) == 1
+    assert "a looser --accuracy makes it smaller" in notes[0]
 
 
 def test_scene_files_carry_what_they_name():

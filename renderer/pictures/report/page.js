@@ -24,7 +24,7 @@ function start() {
   }
   $("which").hidden = $("layout").hidden = rooms.length === 1;
   if (!rooms.some(room => room.view)) state.tops.luminance = fitted();
-  if (!rooms.some(room => room.view)) $("pictures").querySelectorAll("#stage, .hint").forEach(part => { part.hidden = true; });
+  if (!rooms.some(room => room.view)) $("pictures").querySelectorAll("#stage, #readout").forEach(part => { part.hidden = true; });
   for (const name of ["layout", "light", "bands", "mode", "quantity"]) {
     document.querySelectorAll(`[name=${name}]`).forEach(input => {
       input.checked = input.value === state[name];
