@@ -22,6 +22,7 @@ from renderer.pictures.report.viewpoint import looks
 from renderer.readings.photometer import make_meter
 from renderer.scene.model import CameraTable
 from renderer.scene.reading import load
+from renderer.solution import solve_on
 from renderer.studies import reporting
 from renderer.studies.reporting import LARGEST, save, solve_rooms
 from renderer.transport.field import direct_on, seen_from
@@ -137,6 +138,20 @@ def test_bars_of_penumbras_hold(room):
     error = np.abs(view.light[pixel, 0] - truth)
     assert (error <= half[pixel]).mean() > 0.9
     assert np.median(half[pixel] / error) < 12
+
+
+def test_bars_stand_where_only_the_other_mesh_has_samples(room):
+    crate = {"shape": "box", "position": [1.6, 2.2, 0.0], "size": [0.8, 0.8, 0.8]}
+    solution = renderer.solve(room(0.5, objects=[crate]), bands="rgb", accuracy=0.1)
+    own = patch_bars(solution)[1]
+    fine, _, other = solution.family
+    borrowed = [solve_on(other.scene, other.bands, other.plan, other.rooms, other.transport, k)
+                for k in range(len(other.transport.exchange.replicas))]
+    solution.__dict__["family"] = (fine, borrowed, other)
+    theirs = patch_bars(solution)[1]
+    assert np.isfinite(theirs).all()
+    # As many rays a patch on patches twice as long: spread of the same order, not the same numbers.
+    assert 0.3 < np.median(theirs) / np.median(own) < 3
 
 
 class Tags(HTMLParser):

@@ -29,19 +29,26 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     places = np.concatenate([mesh.corners, mesh.centroid[:, None]], axis=1)
     places[:, :4] += INSET * (places[:, 4:] - places[:, :4])
     values = np.column_stack([here[mesh.patches], _at_middle(mesh, here)])
-    apart = np.abs(values - _on(other, places, mesh.normal, other.vertex_irradiance @ luminous))
-    found = np.isfinite(apart)
-    largest = np.where(found, apart, 0.0).max(axis=1)
-    # What the other mesh does not have at all (a foot's rim) gets its surface's largest.
-    of_surface = np.zeros(mesh.surface.max(initial=0) + 1)
-    np.maximum.at(of_surface, mesh.surface, largest)
-    largest = np.where(found.any(axis=1), largest, of_surface[mesh.surface])
+    there = _on(other, places, mesh.normal, other.vertex_irradiance @ luminous)
+    largest = _largest(mesh, np.abs(values - there))
     ratio = other.plan.patch_size / fine.plan.patch_size
     of_mesh = largest / abs(ratio - 1) + ROUNDING * _at_middle(mesh, here)
     if not samples:
         return of_mesh, np.zeros(len(mesh.patches))
     spread = np.array([sample.vertex_irradiance @ luminous for sample in samples]).std(axis=0, ddof=1)
-    return of_mesh, STUDENT / np.sqrt(len(samples)) * spread[mesh.patches].max(axis=1)
+    own = samples[0].transport is solution.transport  # a very fine mesh leaves the samples to the other
+    on_patches = spread[mesh.patches] if own else _on(other, places, mesh.normal, spread)
+    return of_mesh, STUDENT / np.sqrt(len(samples)) * _largest(mesh, on_patches)
+
+
+def _largest(mesh, at_places: np.ndarray) -> np.ndarray:
+    """The largest of each patch's values (n_patches, k); what the other mesh does not have at all (NaN, a
+    foot's rim) gets its surface's."""
+    found = np.isfinite(at_places)
+    largest = np.where(found, at_places, 0.0).max(axis=1)
+    of_surface = np.zeros(mesh.surface.max(initial=0) + 1)
+    np.maximum.at(of_surface, mesh.surface, largest)
+    return np.where(found.any(axis=1), largest, of_surface[mesh.surface])
 
 
 def _at_middle(mesh, on_vertices: np.ndarray) -> np.ndarray:
