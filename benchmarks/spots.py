@@ -24,8 +24,8 @@ def main(accuracy: float = 0.02, spots: int = 150, *scenes: str) -> None:
         off, wide = 100 * error / total, 100 * bar / total
         print(f"{name}: {len(error)} spots, {np.mean(error <= bar):.1%} inside; median "
               f"error {np.median(off):.2f} %, bar {np.median(wide):.2f} %, bar over error "
-              f"{np.median(bar / error):.1f}; 95th percentile: {np.quantile(off, 0.95):.1f} %, "
-              f"{np.quantile(wide, 0.95):.1f} %", flush=True)
+              f"{np.median(bar / error):.1f}; 95th percentile of error "
+              f"{np.quantile(off, 0.95):.1f} %, of bar {np.quantile(wide, 0.95):.1f} %", flush=True)
 
 
 def compared(scene, accuracy: float, spots: int):
