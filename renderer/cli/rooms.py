@@ -70,7 +70,7 @@ def report(*scenes: str, solving: Solving | None = None, output: Output | None =
         file, notes = save(rooms, _said(loaded, solving), out, progress)
     for room in rooms:
         asked = solving.accuracy or room.scene.solver.accuracy
-        warn(room.solutions["31"], room.readings["31"], asked)
+        warn(room.solutions["31"], [reading.figure for reading in room.readings["31"]], asked)
     for note in notes:
         say(note)
     show_laws([room.solutions["31"] for room in rooms])
