@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow docs clean
+.PHONY: compare test lint slow docs three clean
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -21,6 +21,14 @@ docs: $(VENV)/installed
 	$(BIN)/renderer validate --quiet > /dev/null
 	$(BIN)/renderer validate --extremes --quiet > /dev/null
 	$(BIN)/python docs/insert.py
+
+# What of three.js the report's page uses, as one file; needs npm. Only for a new version of three.js.
+three:
+	npm install --silent --no-save --prefix build/three three@0.187.0 esbuild@0.28.2
+	cp renderer/pictures/report/three.entry.js build/three/
+	build/three/node_modules/.bin/esbuild build/three/three.entry.js --bundle --minify --format=iife \
+		--global-name=THREE --log-level=warning | gzip -9n > renderer/pictures/report/three.min.js.gz
+	cp build/three/node_modules/three/LICENSE renderer/pictures/report/three.LICENSE.txt
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

@@ -146,11 +146,14 @@ class Solution:
         return self.direct_irradiance + self.received
 
     @cached_property
+    def vertex_irradiance(self) -> np.ndarray:
+        """Indirect light that each vertex receives (n_vertices, n_bands)."""
+        return self.transport.at_vertices(self.radiosity, self.received, self.sample)
+
+    @cached_property
     def vertex_radiosity(self) -> np.ndarray:
         """Indirect light that each vertex reflects (n_vertices, n_bands)."""
-        mesh = self.transport.mesh
-        return self.reflectance[mesh.vertex_surface] * self.transport.at_vertices(
-            self.radiosity, self.received, self.sample)
+        return self.reflectance[self.transport.mesh.vertex_surface] * self.vertex_irradiance
 
     @cached_property
     def patch_radiosity(self) -> np.ndarray:

@@ -14,8 +14,9 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
           "measures the difference.", version_flags=["--version"], help_format="plaintext",
           suppress_keyboard_interrupt=False)
-for command in (rooms.compare, rooms.render, rooms.pseudocolour, readings.photometer, readings.luminance,
-                readings.ugr, studies.validate, studies.spectrum, studies.gamut, luminaires.luminaire):
+for command in (rooms.compare, rooms.report, rooms.render, rooms.pseudocolour, readings.photometer,
+                readings.luminance, readings.ugr, studies.validate, studies.spectrum, studies.gamut,
+                luminaires.luminaire):
     app.command(command)
 app.command(kept.app)
 

@@ -1,8 +1,13 @@
-"""Commands that show rooms: compare, render, pseudocolour."""
+"""Commands that show rooms: compare, report, render, pseudocolour."""
+
+from shlex import quote
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import list_files, progress_shown, show, show_laws, warn, warn_before
+from renderer.cli.terminal import list_files, progress_shown, say, show, show_laws, warn, warn_before
 from renderer.errors import InputError
+
+DECK = ("grey_room", "red_room", "saturated_red_room")
+"""Shown where no room is named."""
 
 
 def compare(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
@@ -20,7 +25,7 @@ def compare(*scenes: str, solving: Solving | None = None, output: Output | None 
     solving, output = (solving or Solving()).checked(), output or Output()
     if solving.bands is not None:
         raise InputError("--bands has no place in compare, which shows all band sets. Remove it.")
-    loaded = [load(s) for s in scenes or ("grey_room", "red_room", "saturated_red_room")]
+    loaded = [load(s) for s in scenes or DECK]
     for scene in loaded:
         warn_before(scene, solving.accuracy)
     out = output_folder(output.out)
@@ -39,6 +44,44 @@ def compare(*scenes: str, solving: Solving | None = None, output: Output | None 
                                "95 %", "ratio to first room"], rows)
     show_laws([case.solution for case in cases])
     list_files(files, out)
+
+
+def report(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
+    """Rooms in one HTML file to look at and to read with a photometer, in RGB and in 31 bands.
+
+    Parameters
+    ----------
+    scenes
+        Scene files or names of packaged rooms; without any, the deck's grey and red rooms.
+    """
+    from renderer.files import output_folder
+    from renderer.scene.reading import load
+    from renderer.studies.reporting import save, solve_rooms
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    if solving.bands is not None:
+        raise InputError("--bands has no place in report, which shows RGB and 31 bands. Remove it.")
+    loaded = [load(s) for s in scenes or DECK]
+    for scene in loaded:
+        warn_before(scene, solving.accuracy)
+    out = output_folder(output.out)
+    with progress_shown(output.quiet) as progress:
+        rooms = solve_rooms(loaded, solving.accuracy, solving.seed, solving.rooms(), progress)
+        file, notes = save(rooms, _said(loaded, solving), out, progress)
+    for room in rooms:
+        asked = solving.accuracy or room.scene.solver.accuracy
+        warn(room.solutions["31"], [reading.figure for reading in room.readings["31"]], asked)
+    for note in notes:
+        say(note)
+    show_laws([room.solutions["31"] for room in rooms])
+    print(f"{file}: {file.stat().st_size / 1e6:.1f} MB, opens in any browser")
+
+
+def _said(scenes: list, solving: Solving) -> str:
+    """The command that makes a report again, beside its scene files."""
+    options = [] if solving.accuracy is None else [f"--accuracy {solving.accuracy:g}"]
+    options += [] if solving.seed is None else [f"--seed {solving.seed}"]
+    return " ".join(["renderer report", *(quote(scene.path.name) for scene in scenes), *options])
 
 
 def render(scene: str, *, solving: Solving | None = None, output: Output | None = None) -> None:

@@ -27,6 +27,9 @@ class View:
     sensor : one row a pixel, on radiosity; emitted : (n_pixels, n_luminaires) radiosity per lumen
     surface : (height, width) index of the surface at each pixel's middle, -1 for none
     share : (n_pixels, n_surfaces) how much of each pixel shows each surface
+    patch : (height, width) patch at each pixel's middle, negative for none
+    light : (n_pixels, n_luminaires) illuminance per lumen straight from each, there [m⁻²]
+    edge : (height, width) pixels that are the mean of several rays
     camera : where it was seen from, and what it was seen through
     """
 
@@ -34,6 +37,9 @@ class View:
     emitted: sparse.csr_array
     surface: np.ndarray
     share: sparse.csr_array
+    patch: np.ndarray
+    light: np.ndarray
+    edge: np.ndarray
     camera: "Pinhole"
     eye: np.ndarray
     transport: Transport
@@ -42,6 +48,11 @@ class View:
     def shows_surface(self) -> np.ndarray:
         """Where a pixel shows no part of a lamp's light (height, width)."""
         return self.image(np.asarray(self.emitted.sum(axis=1)).ravel() == 0)
+
+    def directions(self, pixel: np.ndarray) -> np.ndarray:
+        """Directions (k, 3) through the middles of pixels (k,), counted row by row."""
+        y, x = np.divmod(pixel, self.camera.width)
+        return self.camera.directions(x + 0.5, y + 0.5)
 
     def marks(self, scene: Scene) -> list[tuple[float, float]]:
         """Where the scene's photometers appear [pixels]; hidden ones are left out."""
@@ -143,6 +154,8 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     found = middles[0] >= 0
     patch, s, t = (m[found] for m in middles)
     light = direct_on(transport, patch, s, t, 0)[0]
+    at_middle = np.zeros((n, light.shape[1]))
+    at_middle[found] = light
     if transport.visibility is not None:
         edge |= _shadow_edges(light, found, edge.shape)
     plain = ~edge.ravel()[found]
@@ -163,7 +176,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     share = sparse.coo_array((weight, (row, surface)), shape=(n, transport.n_surfaces)).tocsr()
     shown = np.where(middles[0] >= 0, transport.mesh.surface[middles[0]], -1)
     return View(sensor, emitted(transport, n, row, patch, s, t, weight, eye), shown.reshape(height, width),
-                share, camera, eye, transport)
+                share, middles[0].reshape(height, width), at_middle, edge, camera, eye, transport)
 
 
 def _hits(transport: Transport, camera: Pinhole, eye: np.ndarray, x: np.ndarray, y: np.ndarray):

@@ -1,0 +1,87 @@
+"""Error bars for every spot of a room, so that a reading may be taken anywhere without solving again."""
+
+import numpy as np
+from scipy import sparse
+
+from renderer.pictures.camera import View
+from renderer.readings.uncertainty import ROUNDING, STUDENT
+from renderer.solution import Solution
+from renderer.transport.direct import SHADOW_RAYS, unoccluded
+from renderer.transport.field import direct_on, seen_from
+from renderer.transport.sampling import REPLICAS
+
+INSET = 1e-3
+"""How far inside its patch a corner is looked up on the other mesh, relative to the patch."""
+PARTS_RAYS = SHADOW_RAYS // 4
+"""Shadow rays of each independent part that tells how far a pixel's own may be wrong."""
+
+
+def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """95 % half-widths, mesh and sampling, of the indirect illuminance on each patch (n_patches,) [lx].
+
+    As a photometer's (readings/uncertainty.py): in RGB, from another mesh and from the samples of the
+    rays; here of what is interpolated between vertices, the largest at a patch's corners and middle, since a
+    difference may vanish by chance at one place.
+    """
+    fine, samples, other = solution.family
+    mesh, luminous = solution.transport.mesh, fine.bands.luminous
+    here = fine.vertex_irradiance @ luminous
+    places = np.concatenate([mesh.corners, mesh.centroid[:, None]], axis=1)
+    places[:, :4] += INSET * (places[:, 4:] - places[:, :4])
+    values = np.column_stack([here[mesh.patches], _at_middle(mesh, here)])
+    there = _on(other, places, mesh.normal, other.vertex_irradiance @ luminous)
+    largest = _largest(mesh, np.abs(values - there))
+    ratio = other.plan.patch_size / fine.plan.patch_size
+    of_mesh = largest / abs(ratio - 1) + ROUNDING * _at_middle(mesh, here)
+    if not samples:
+        return of_mesh, np.zeros(len(mesh.patches))
+    spread = np.array([sample.vertex_irradiance @ luminous for sample in samples]).std(axis=0, ddof=1)
+    own = samples[0].transport is solution.transport  # a very fine mesh leaves the samples to the other
+    on_patches = spread[mesh.patches] if own else _on(other, places, mesh.normal, spread)
+    return of_mesh, STUDENT / np.sqrt(len(samples)) * _largest(mesh, on_patches)
+
+
+def _largest(mesh, at_places: np.ndarray) -> np.ndarray:
+    """The largest of each patch's values (n_patches, k); what the other mesh does not have at all (NaN, a
+    foot's rim) gets its surface's."""
+    found = np.isfinite(at_places)
+    largest = np.where(found, at_places, 0.0).max(axis=1)
+    of_surface = np.zeros(mesh.surface.max(initial=0) + 1)
+    np.maximum.at(of_surface, mesh.surface, largest)
+    return np.where(found.any(axis=1), largest, of_surface[mesh.surface])
+
+
+def _at_middle(mesh, on_vertices: np.ndarray) -> np.ndarray:
+    weights = mesh.weights(np.arange(len(mesh.patches)), *mesh.middle_st.T)
+    return (weights * on_vertices[mesh.patches]).sum(axis=1)
+
+
+def _on(other: Solution, places: np.ndarray, normals: np.ndarray, on_vertices: np.ndarray) -> np.ndarray:
+    """What another mesh of the same room has at places (n, k, 3) on surfaces (n, k); NaN where nothing."""
+    eye, mesh = other.transport.eye, other.transport.mesh
+    points = places.reshape(-1, 3)
+    normals = np.repeat(normals, places.shape[1], axis=0)
+    patch = eye.first_hit(eye.off(points, normals), -normals)
+    found = np.maximum(patch, 0)
+    flat = (mesh.normal[found] * normals).sum(axis=1) > 1 - 1e-6
+    weights = mesh.weights(found, *mesh.inside(found, points))
+    values = (weights * on_vertices[mesh.patches[found]]).sum(axis=1)
+    return np.where((patch >= 0) & flat, values, np.nan).reshape(places.shape[:2])
+
+
+def shadow_bars(view: View) -> sparse.csr_array:
+    """95 % half-widths of the direct light at each pixel's middle, per lumen of each luminaire
+    (n_pixels, n_luminaires) [m⁻²]; not 0 only in penumbras, where rays were counted."""
+    transport, n = view.transport, view.patch.size
+    if transport.visibility is None or not transport.luminaires:
+        return sparse.csr_array((n, len(transport.luminaires)))
+    pixel = np.flatnonzero((view.patch.ravel() >= 0) & (view.light > 0).any(axis=1))
+    patch, s, t = seen_from(transport, view.eye, view.directions(pixel))
+    points, normals = transport.mesh.at(patch, s, t), transport.mesh.normal[patch]
+    bare = unoccluded(points, normals, transport.luminaires)
+    dimmed = ((view.light[pixel] < (1 - 1e-9) * bare) & (view.light[pixel] > 0)).any(axis=1)
+    pixel, patch, s, t = pixel[dimmed], patch[dimmed], s[dimmed], t[dimmed]
+    parts = direct_on(transport, patch, s, t, 2, PARTS_RAYS, REPLICAS)
+    half = STUDENT * parts.std(axis=0, ddof=1) * np.sqrt(PARTS_RAYS / SHADOW_RAYS)
+    rows, columns = np.nonzero(half)
+    return sparse.csr_array((half[rows, columns], (pixel[rows], columns)), shape=view.light.shape)

@@ -1,0 +1,144 @@
+"""What a page needs to work out any picture and any reading by itself.
+
+As in the program, a pixel is a sparse row on (surface × luminaire) and vertices, free of materials and
+bands, and a solution is what vertices receive. Both are kept apart in the page too: three rooms of one
+shape share their pixels, and each pixel has its whole spectrum at no further cost.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from renderer.pictures.camera import View
+from renderer.pictures.report.bars import patch_bars, shadow_bars
+from renderer.pictures.report.pack import Pack
+from renderer.readings.uncertainty import STUDENT
+from renderer.solution import Solution
+from renderer.transport.transport import Transport
+
+
+@dataclass(frozen=True)
+class Lamps:
+    """Luminaires whose spectra are alike in every room shown are one: a hundred panels are one column.
+
+    first : (n_groups,) a luminaire of each; power : (n_luminaires,) of each, where the group's is 1
+    group : (n_luminaires,)
+    """
+
+    first: np.ndarray
+    power: np.ndarray
+    group: np.ndarray
+
+    def joined(self, per_lumen) -> np.ndarray:
+        """Columns for luminaires (n, n_luminaires) as columns for groups (n, n_groups)."""
+        weights = sparse.csr_array((self.power, (np.arange(len(self.group)), self.group)),
+                                   shape=(len(self.group), len(self.first)))
+        return per_lumen @ weights
+
+    def flux(self, solution: Solution) -> np.ndarray:
+        """What each group of power 1 sends (n_groups, n_bands)."""
+        power = self.power[self.first]
+        return solution.flux[self.first] / np.where(power > 0, power, 1.0)[:, None]
+
+
+def lamps_of(solutions: list[Solution]) -> Lamps:
+    """The luminaires of solutions on one transport, those with the same spectra in all of them joined."""
+    flux = np.hstack([solution.flux for solution in solutions])
+    power = np.linalg.norm(flux, axis=1)
+    shape = np.round(flux / np.where(power > 0, power, 1.0)[:, None], 12)
+    _, first, group = np.unique(shape, axis=0, return_index=True, return_inverse=True)
+    return Lamps(first, power, group.ravel())
+
+
+def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
+    """The patches of a room, and the direct light on each."""
+    mesh = transport.mesh
+    spread = (transport.direct_parts.std(axis=0, ddof=1) / np.sqrt(len(transport.direct_parts))
+              if len(transport.direct_parts) > 1 else np.zeros(transport.direct.shape))
+    return {
+        "middle": mesh.middle.tolist(), "scale": mesh.scale,
+        "vertices": pack.reals(mesh.vertices - mesh.middle),
+        "patches": pack.whole(mesh.patches), "surface": pack.whole(mesh.surface),
+        "vertexSurface": pack.whole(mesh.vertex_surface),
+        "shown": pack.whole(transport.exchange.areas > 0),
+        "lamp": pack.whole(~transport.reflecting),
+        "light": _columns(lamps.joined(transport.direct), pack),
+        "lightBars": _columns(np.sqrt(_squares(lamps, STUDENT * spread)), pack),
+        "shining": _sparse(lamps.joined(_exitance(transport)), pack),
+        "groups": len(lamps.first),
+        "luminaires": [{"name": lum.name, "center": (lum.center - mesh.middle).tolist(),
+                        "outline": None if lum.outline is None else (lum.outline - mesh.middle).tolist()}
+                       for lum in transport.luminaires],
+    }
+
+
+def _exitance(transport: Transport) -> sparse.csr_array:
+    """What the fronts of luminaires' faces send per lumen (n_patches, n_luminaires) [m⁻²]."""
+    mesh, faces = transport.mesh, [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
+    found = sparse.lil_array((len(mesh.patches), len(transport.luminaires)))
+    for surface, k in enumerate(faces, transport.n_surfaces - len(faces)):
+        front = (mesh.surface == surface) & (mesh.normal @ transport.luminaires[k].normal > 0)
+        found[np.flatnonzero(front), k] = 1 / transport.luminaires[k].area
+    return found.tocsr()
+
+
+def view_data(view: View, lamps: Lamps, pack: Pack) -> dict:
+    """What each pixel of a camera adds up."""
+    edge = np.flatnonzero(view.edge)
+    camera, groups = view.camera, len(lamps.first)
+    n_luminaires = view.light.shape[1]
+    direct = view.sensor.direct[edge].tocoo()
+    surface, luminaire = np.divmod(direct.col, max(1, n_luminaires))
+    joined = sparse.coo_array(
+        (direct.data * lamps.power[luminaire], (direct.row, surface * groups + lamps.group[luminaire])),
+        shape=(len(edge), view.share.shape[1] * groups)).tocsr()
+    middle = view.transport.mesh.middle
+    return {
+        "width": camera.width, "height": camera.height, "eye": (view.eye - middle).tolist(),
+        "position": (camera.position - middle).tolist(), "axes": camera.axes.tolist(),
+        "spread": camera.spread,
+        "patch": pack.whole(np.maximum(view.patch + 1, 0)),
+        "light": _columns(lamps.joined(view.light), pack),
+        "bars": _sparse(sparse.csr_array(_squares(lamps, shadow_bars(view))).sqrt(), pack),
+        "shining": _sparse(lamps.joined(view.emitted), pack),
+        "edge": pack.whole(edge), "edgeDirect": _sparse(joined, pack),
+        "edgeIndirect": _sparse(view.sensor.indirect[edge], pack),
+    }
+
+
+def solution_data(solution: Solution, lamps: Lamps, pack: Pack) -> dict:
+    """What vertices receive, by band, and what turns it into luminance and illuminance."""
+    bands = solution.bands
+    spectral = bands.edges is not None
+    return {
+        "xyz": bands.xyz.tolist(), "reflectance": solution.reflectance.tolist(),
+        "flux": lamps.flux(solution).tolist(),
+        "received": pack.curves(np.maximum(solution.vertex_irradiance, 0.0)),
+        "wavelengths": bands.centres.tolist() if spectral else None,
+        "widths": bands.widths.tolist() if spectral else None,
+        "lamps": solution.flux.sum(axis=0).tolist(),
+    }
+
+
+def bars_data(solution: Solution, pack: Pack) -> dict:
+    """How far indirect light may be off on each patch [lx]."""
+    mesh, sampling = patch_bars(solution)
+    return {"mesh": pack.logarithms(mesh), "sampling": pack.logarithms(sampling)}
+
+
+def _squares(lamps: Lamps, half_widths):
+    """Squares of groups' errors (n, n_groups) from luminaires' (n, n_luminaires), independent ones."""
+    return lamps.joined(half_widths**2 * lamps.power)
+
+
+def _columns(values: np.ndarray, pack: Pack) -> list[dict]:
+    return [pack.logarithms(column) for column in np.asarray(values).T]
+
+
+def _sparse(rows, pack: Pack) -> dict:
+    """A sparse matrix: entries in each row, columns, values."""
+    rows = sparse.csr_array(rows)
+    rows.sort_indices()
+    return {"counts": pack.whole(np.diff(rows.indptr)), "columns": pack.whole(rows.indices),
+            "values": pack.logarithms(rows.data)}

@@ -1,0 +1,74 @@
+"""What a page says in words and figures, readable without any script. All text is escaped."""
+
+from html import escape
+
+from renderer.pictures.sheet import BAND_TITLES
+
+DASH = "–"
+
+
+def table(columns: list[str], rows: list[list[str]], caption: str) -> str:
+    """A table whose first column names its rows."""
+    head = "".join(f'<th scope="col">{escape(column)}</th>' for column in columns)
+    body = "".join("<tr>" + f'<th scope="row">{escape(row[0])}</th>'
+                   + "".join(f"<td>{escape(cell)}</td>" for cell in row[1:]) + "</tr>" for row in rows)
+    return (f'<div class="wide"><table><caption>{escape(caption)}</caption>'
+            f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>")
+
+
+def readings_table(rooms: list) -> str:
+    """Each photometer in each room and band set, with its error bar and its ratio to the first room."""
+    columns = ["room", "bands", "photometer", "direct lx", "indirect lx", "total lx", "± 95 % lx",
+               "to first room", "by bands lx", "x, y", "CCT K", "Duv", "melanopic EDI lx"]
+    rows, first = [], {}
+    for room in rooms:
+        for name, record in room.records.items():
+            for r in record["readings"]:
+                lux = r["illuminance_lx"]
+                base = first.setdefault((name, r["name"]), lux["total"] if room is rooms[0] else None)
+                rows.append([
+                    room.title, BAND_TITLES[name], r["name"],
+                    *(f"{lux[key]:.2f}" for key in ("direct", "indirect", "total")),
+                    f"{lux['uncertainty']:.2g}", f"{lux['total'] / base:.3f}" if base else DASH,
+                    f"{r['errors_lx']['bands']:.2g}",
+                    DASH if r["xy"] is None else "{:.4f}, {:.4f}".format(*r["xy"]),
+                    DASH if r["cct_K"] is None else f"{r['cct_K']:.0f}",
+                    DASH if r["duv"] is None else f"{r['duv']:+.4f}",
+                    DASH if r["melanopic_edi_lx"] is None else f"{r['melanopic_edi_lx']:.1f}"])
+    if not rows:
+        return "<p>The scenes have no photometers; click into a picture to read anywhere.</p>"
+    return table(columns, rows, "Readings of the scenes' photometers")
+
+
+def plan_table(rooms: list) -> str:
+    """How each room was solved, and how far its laws hold."""
+    columns = ["room", "patches", "patch size m", "rays a patch", "closure error", "reciprocity error",
+               "energy balance error", "accuracy asked", "bands solved", "seconds"]
+    rows = []
+    for room in rooms:
+        record = room.records["31"]
+        plan = room.solutions["31"].plan
+        rows.append([room.title, f"{record['patches']}", f"{plan.patch_size:.3g}", f"{plan.rays}",
+                     *(f"{record[key]:.1e}" for key in ("closure_error", "reciprocity_error",
+                                                        "energy_balance_error")),
+                     f"{record['accuracy']:.2%}", f"{record['bands_solved']} of 31",
+                     f"{record['seconds']['total']:.1f}"])
+    said = [(room.title, "; ".join(room.solutions["31"].plan.reasons)) for room in rooms]
+    reasons = "".join(f"<li><b>{escape(title)}</b>: {escape(why)}.</li>" for title, why in said)
+    return table(columns, rows, "The plan followed, and how far the laws hold") + f"<ul>{reasons}</ul>"
+
+
+def files_list(rooms: list) -> str:
+    """The scene files, to unfold; buttons to save them."""
+    parts = []
+    for k, room in enumerate(rooms):
+        for j, file in enumerate(room.files):
+            said = f"{file['name']} · {file['bytes']:,} bytes · SHA-256 {file['sha256'][:16]}…"
+            summary = f"{escape(room.title)}: {escape(said)}"
+            if "text" not in file and "base64" not in file:
+                parts.append(f"<p>{summary} (too large to carry)</p>")
+                continue
+            shown = f"<pre>{escape(file['text'])}</pre>" if "text" in file else "<p>Not text.</p>"
+            button = f'<button type="button" data-file="{k},{j}">Save {escape(file["name"])}</button>'
+            parts.append(f"<details><summary>{summary}</summary>{button}{shown}</details>")
+    return "".join(parts)

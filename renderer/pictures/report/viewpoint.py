@@ -1,0 +1,72 @@
+"""Where a report looks from: the scene's camera, or one of its own, no larger than a page can hold."""
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.pictures.camera import View, look
+from renderer.scene.model import CameraTable
+from renderer.scene.reading import Scene
+from renderer.transport.transport import Transport
+
+EYE_HEIGHT = 0.55
+"""Of a camera that the scene does not give, relative to the room's height."""
+INSET = 0.04
+"""How far it stands from the walls of the room's box, relative to its sides."""
+
+
+def looks(rooms: list[tuple[Scene, Transport]], pixels: int) -> tuple[list[View | None], list[str]]:
+    """What the camera of each room sees, rooms of one shape and camera sharing one View, and what was
+    done otherwise than asked, in sentences.
+
+    pixels : of all different views together. None where there is no place to look from.
+    Raises InputError where a scene's own camera stands inside a solid.
+    """
+    cameras = [scene.camera or _own_camera(scene, transport) for scene, transport in rooms]
+    keys = [(id(transport), repr(camera)) for (_, transport), camera in zip(rooms, cameras, strict=True)]
+    share = pixels / max(1, len(set(keys)))
+    found: dict = {}
+    notes = []
+    for (scene, transport), camera, key in zip(rooms, cameras, keys, strict=True):
+        if camera is None:
+            notes.append(f"{scene.title}: has no camera, and nowhere to look from was found; only in 3-D.")
+            found[key] = None
+            continue
+        if scene.camera is None:
+            notes.append(f"{scene.title}: has no camera; seen from "
+                         f"[{', '.join(f'{x:.3g}' for x in camera.position)}].")
+        fitting = _fitting(camera, share)
+        if fitting != camera:
+            asked, shown = (" × ".join(map(str, c.resolution)) for c in (camera, fitting))
+            notes.append(f"{scene.title}: the camera's {asked} pixels are shown as {shown}, so that the file "
+                         "stays small.")
+        if key not in found:
+            found[key] = look(transport, fitting, str(scene.path))
+    return [found[key] for key in keys], notes
+
+
+def _fitting(camera: CameraTable, pixels: float) -> CameraTable:
+    """The same with at most so many pixels."""
+    width, height = camera.resolution
+    shrink = np.sqrt(pixels / (width * height))
+    if shrink >= 1:
+        return camera
+    return camera.model_copy(update={"resolution": tuple(max(8, int(side * shrink))
+                                                         for side in camera.resolution)})
+
+
+def _own_camera(scene: Scene, transport: Transport) -> CameraTable | None:
+    """From a corner of the room to its middle; the first corner in which an eye may stand."""
+    low, high = transport.mesh.bounds
+    size = high - low
+    middle = low + size * (0.5, 0.5, 0.42)
+    corners = [(x, y) for y in (INSET, 1 - INSET) for x in (INSET, 1 - INSET)]
+    for x, y in [*corners, (0.5, INSET), (0.5, 0.25), (0.25, 0.5), (0.5, 0.5)]:
+        camera = CameraTable(position=tuple(map(float, low + size * (x, y, EYE_HEIGHT))),
+                             look_at=tuple(map(float, middle + size * (0.01, 0.01, 0.0))), fov=84)
+        try:
+            seen = look(transport, camera.model_copy(update={"resolution": (16, 12)}), str(scene.path))
+        except InputError:
+            continue
+        if (seen.patch >= 0).all():
+            return camera
+    return None

@@ -1,0 +1,275 @@
+"""The report in a real browser, from disk, with the network off: every switch, hover and click."""
+
+import base64
+import csv
+import io
+import shutil
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from renderer.cli.rooms import DECK
+from renderer.pictures.camera import look
+from renderer.pictures.image import exposure, tone_map, white_balance
+from renderer.scene.reading import load
+from renderer.solution import Rooms
+from renderer.studies.reporting import save, solve_rooms
+
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
+DRIVER = shutil.which("chromedriver")
+pytest.importorskip("selenium", reason="the report's browser test needs selenium (pip install '.[test]')")
+pytestmark = pytest.mark.skipif(
+    not (BROWSER and DRIVER), reason="the report's browser test needs chromium and chromedriver (Debian: "
+    "apt-get install chromium chromium-driver)")
+SWITCHES = (("light", "direct"), ("light", "total"), ("bands", "rgb"), ("mode", "pseudocolour"),
+            ("bands", "31"), ("quantity", "illuminance"), ("bands", "difference"))
+LEFT, RIGHT, DOWN, ENTER = "\ue012", "\ue014", "\ue015", "\ue007"
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    """The deck's three rooms, seen smaller: where their page is, and the rooms as they were solved."""
+    scenes = [load(name) for name in DECK]
+    seen = scenes[0].camera.model_copy(update={"resolution": (320, 240)})
+    rooms = solve_rooms([replace(scene, camera=seen) for scene in scenes], None, None, Rooms(), _quiet)
+    folder = tmp_path_factory.mktemp("report")
+    return save(rooms, "renderer report", folder, _quiet)[0], rooms
+
+
+def _quiet(step):
+    """Progress that nobody watches."""
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """Chromium without a window and without a network."""
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = BROWSER
+    for argument in ("--headless=new", "--no-sandbox", "--window-size=1400,1000", "--use-angle=swiftshader",
+                     "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    driver.saved = tmp_path_factory.mktemp("saved")
+    driver.execute_cdp_cmd("Browser.setDownloadBehavior",
+                           {"behavior": "allow", "downloadPath": str(driver.saved)})
+    driver.execute_cdp_cmd("Network.enable", {})
+    driver.execute_cdp_cmd("Network.emulateNetworkConditions",
+                           {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0})
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture
+def page(browser, report):
+    """The report, opened anew; at the end nothing has been complained of or asked for."""
+    opened(browser, report[0])
+    yield browser
+    assert [entry for entry in browser.get_log("browser") if entry["level"] != "INFO"] == []
+    asked = browser.execute_script("return performance.getEntriesByType('resource').map(entry => entry.name)")
+    assert [name for name in asked if not name.startswith(("blob:", "data:"))] == []
+
+
+def opened(browser, path):
+    browser.get(path.as_uri())
+    waited(lambda: browser.execute_script("return document.documentElement.dataset.ready"))
+
+
+def waited(found, seconds=30):
+    """What `found` returns, as soon as it is something."""
+    end = time.monotonic() + seconds
+    while not (value := found()):
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.05)
+    return value
+
+
+def one(page, selector):
+    return page.find_element("css selector", selector)
+
+
+def choose(page, name, value):
+    one(page, f"[name={name}][value='{value}']").click()
+
+
+def pixels(page, pane):
+    """The picture in a pane (height, width, 3)."""
+    url = page.execute_script("return document.querySelector(arguments[0] + ' canvas').toDataURL()", pane)
+    return np.array(Image.open(io.BytesIO(base64.b64decode(url.split(",")[1]))).convert("RGB"))
+
+
+def pointer(page, pane, x, y, click=False):
+    """Move the pointer to a pixel of a pane's picture, and click."""
+    from selenium.webdriver import ActionChains
+
+    frame = one(page, f"{pane} .frame")
+    page.execute_script("arguments[0].scrollIntoView({block: 'center'})", frame)
+    size = frame.size
+    action = ActionChains(page, duration=0).move_to_element_with_offset(
+        frame, round((x / 640 - 0.5) * size["width"]), round((y / 480 - 0.5) * size["height"]))
+    (action.click() if click else action).perform()
+
+
+def readout(page):
+    """The cells of the table under the pictures."""
+    return [[cell.text for cell in row.find_elements("css selector", "th, td")]
+            for row in page.find_elements("css selector", "#readout tbody tr")]
+
+
+def kept(page):
+    """The rows of the CSV file that the page saves."""
+    for old in page.saved.glob("*.csv"):
+        old.unlink()
+    one(page, "#csv").click()
+    file = waited(lambda: next(page.saved.glob("*.csv"), None))
+    with file.open(newline="", encoding="utf-8") as lines:
+        return list(csv.DictReader(lines))
+
+
+def test_a_picture_is_the_program_s_own(page, report):
+    solutions = [room.solutions[bands] for room in report[1] for bands in ("rgb", "31")]
+    view = look(solutions[0].transport, solutions[0].scene.camera, "test")
+    direct = [view.direct(s, s.bands.xyz) for s in solutions]
+    total = [d + view.indirect(s, s.bands.xyz) for d, s in zip(direct, solutions, strict=True)]
+    first = solutions[0]
+    balance = white_balance(first.flux.sum(axis=0) @ first.bands.xyz).T
+    exposed = exposure([t @ balance for t in total], [view.shows_surface] * len(total))
+    for light, wanted in (("total", total), ("direct", direct)):
+        choose(page, "light", light)
+        for bands, grey, red in (("rgb", 0, 2), ("31", 1, 3)):
+            choose(page, "bands", bands)
+            for pane, k in (("#a", grey), ("#b", red)):
+                expected = tone_map(wanted[k] @ balance, exposed).astype(int)
+                # Both round to 256 steps; the file's own error of 3e-4 moves hardly any across a half.
+                assert np.abs(pixels(page, pane).astype(int) - expected).max() <= 1
+
+
+def test_every_switch_changes_the_pictures(page):
+    from selenium.webdriver.support.select import Select
+
+    before = pixels(page, "#b")
+    for name, value in SWITCHES:
+        choose(page, name, value)
+        after = pixels(page, "#b")
+        assert (before != after).any(), (name, value)
+        before = after
+    assert not one(page, "[name=mode]").is_enabled()  # a difference has no picture
+    choose(page, "bands", "31")
+    for selector, values in (("#scale", ("log", "stepped", "linear")), ("#palette", ("cividis", "magma"))):
+        for value in values:
+            Select(one(page, selector)).select_by_visible_text(value)
+            after = pixels(page, "#b")
+            assert (before != after).any(), value
+            before = after
+    for act in (lambda: one(page, "#fit").click(),
+                lambda: (one(page, "#top").clear(), one(page, "#top").send_keys("7" + ENTER)),
+                lambda: one(page, "#slide").send_keys(RIGHT * 5),
+                lambda: Select(one(page, "#right")).select_by_visible_text("Saturated red room")):
+        act()
+        after = pixels(page, "#b")
+        assert (before != after).any()
+        before = after
+    choose(page, "layout", "over")
+    assert one(page, "#a").location == one(page, "#b").location
+    one(page, "#wipe input").send_keys(LEFT)
+    assert "49%" in one(page, "#stage").get_attribute("style")
+    theme = one(page, "body").value_of_css_property("background-color")
+    one(page, "#theme").click()
+    assert one(page, "body").value_of_css_property("background-color") != theme
+
+
+def test_the_photometer_in_the_picture_reads_what_the_program_reads(page, report):
+    spots = ((150, 400), (320, 460), (500, 200), (60, 300))
+    for x, y in spots:
+        pointer(page, "#a", x, y, click=True)
+    assert [row[0] for row in readout(page)] == ["Grey room", "Red room"]
+    rows = kept(page)
+    assert len(rows) == len(spots) * 3 * 2
+    for row in rows:
+        room = next(room for room in report[1] if room.title == row["room"])
+        solution = room.solutions[row["bands"].lower()]
+        at, facing = ([float(row[name.format(axis)]) for axis in "xyz"] for name in ("{}_m", "normal_{}"))
+        reading = solution.photometer(at, facing)
+        bar = float(row["half_width_95_lx"])
+        # Direct light is exact in both, to the file's 0.03 %; the rest to both error bars.
+        assert float(row["direct_lx"]) == pytest.approx(reading.direct_lx, rel=4e-4)
+        assert float(row["total_lx"]) == pytest.approx(reading.total_lx, abs=bar + reading.uncertainty)
+        assert bar < 0.03 * reading.total_lx
+        if row["bands"] == "31":
+            spectrum = [float(value) for name, value in row.items() if name.startswith("irradiance_")]
+            illuminance = np.array(spectrum) * solution.bands.widths @ solution.bands.luminous
+            assert illuminance == pytest.approx(float(row["total_lx"]), rel=1e-6)
+    cards = page.find_elements("css selector", ".card")
+    assert len(cards) == len(spots)
+    assert len(cards[0].find_elements("css selector", "svg polyline")) == 4  # three rooms and their one lamp
+    cards[1].find_element("css selector", "button").click()
+    assert [card.text[0] for card in page.find_elements("css selector", ".card")] == ["1", "3", "4"]
+    one(page, "#clear").click()
+    assert not one(page, "#kept").is_displayed()
+
+
+def test_hovering_shows_both_rooms_and_leaving_hides_them(page):
+    pointer(page, "#b", 320, 420)
+    grey, red = readout(page)
+    assert grey[0] == "Grey room"
+    assert red[0] == "Red room"
+    assert float(red[2].split()[0]) > float(grey[2].split()[0]) > 100
+    assert grey[4] == red[4]  # direct light is the same
+    pointer(page, "#a", 320, 40)
+    assert readout(page)[0][2] == "a luminaire"
+    choose(page, "bands", "difference")
+    assert readout(page) == []
+
+
+def test_keys_move_the_photometer_and_keep_a_reading(page):
+    frame = one(page, "#a .frame")
+    frame.send_keys(RIGHT + DOWN + DOWN + ENTER)
+    (row,) = [row for row in kept(page) if row["room"] == "Red room" and row["bands"] == "31"]
+    assert row["surface"] == "wall_y1"  # from the picture's middle
+
+
+def test_the_room_in_three_dimensions_turns_and_reads_patches(page):
+    from selenium.webdriver import ActionChains
+
+    def drawn():
+        return page.execute_script("return document.querySelector('#view3d canvas').toDataURL()")
+
+    box = one(page, "#view3d")
+    page.execute_script("arguments[0].scrollIntoView({block: 'center'})", box)
+    before = drawn()
+    box.send_keys(LEFT)
+    assert drawn() != before
+    before = drawn()
+    drag = ActionChains(page, duration=0).move_to_element_with_offset(box, -300, 0).click_and_hold()
+    drag.move_by_offset(80, 20).release().perform()
+    assert drawn() != before
+    assert not page.find_elements("css selector", ".card")  # a drag is no click
+    middle_of_a = -box.size["width"] // 4
+    ActionChains(page, duration=0).move_to_element_with_offset(box, middle_of_a, 20).click().perform()
+    assert "mean over a patch" in one(page, ".card").text
+    before = drawn()
+    choose(page, "quantity", "illuminance")
+    assert drawn() != before
+
+
+def test_names_that_are_code_are_shown_as_text(browser, tmp_path, room):
+    scene = room(0.5)
+    path = tmp_path / "nasty.toml"
+    path.write_text('title = "<script>alert(1)</script>=1+1"\n' + scene.path.read_text() + """
+[[photometers]]
+name = "</script><img src=x onerror=alert(2)>"
+position = [2, 2, 0]
+""")
+    file, _ = save(solve_rooms([load(path)], 0.1, None, Rooms(), _quiet), "renderer report", tmp_path, _quiet)
+    opened(browser, file)
+    assert browser.title == "<script>alert(1)</script>=1+1"
+    assert browser.find_elements("css selector", "img") == []
+    assert not one(browser, "#b").is_displayed()  # one room, one picture
+    pointer(browser, "#a", 300, 300, click=True)
+    assert kept(browser)[0]["room"] == "<script>alert(1)</script>=1+1"
+    assert [entry for entry in browser.get_log("browser") if entry["level"] != "INFO"] == []
