@@ -46,8 +46,12 @@ class Plan:
     reasons: tuple[str, ...]
 
     def times(self, factor: float) -> "Plan":
-        """The same with patches so many times as long: how far the answer moves tells the mesh error."""
-        return replace(self, patch_size=factor * self.patch_size)
+        """The same with patches so many times as long: how far the answer moves tells the mesh error.
+
+        Rays are enough to be drawn in independent parts.
+        """
+        rays = self.rays and max(self.rays, FEWEST_RAYS)
+        return replace(self, patch_size=factor * self.patch_size, rays=rays)
 
     def finer(self, patches: int, mesh: float, sampling: float) -> "Plan | None":
         """A plan for errors that many times smaller (above 1), within what memory holds; None if none is.

@@ -6,7 +6,7 @@ import warnings
 
 from cyclopts import App, CycloptsError
 
-from renderer.cli import kept, luminaires, readings, rooms, studies
+from renderer.cli import luminaires, planning, readings, rooms, studies
 from renderer.cli.terminal import interrupt, leave, say
 from renderer.errors import CacheWarning, InputError, SolveError
 
@@ -16,9 +16,10 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           suppress_keyboard_interrupt=False)
 for command in (rooms.compare, rooms.report, rooms.render, rooms.pseudocolour, readings.photometer,
                 readings.luminance, readings.ugr, studies.validate, studies.spectrum, studies.gamut,
-                luminaires.luminaire):
+                luminaires.luminaire,
+                planning.plan):
     app.command(command)
-app.command(kept.app)
+app.command(planning.cache)
 
 
 def main() -> None:

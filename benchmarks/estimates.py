@@ -1,0 +1,38 @@
+"""What `renderer plan` says beforehand, over what `renderer photometer` then takes.
+
+    .venv/bin/python benchmarks/estimates.py
+
+Whole processes, nothing kept between runs. The estimates shall be within a factor of two.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+
+RUNS = (["grey_room"], ["red_room"], ["red_room", "--accuracy", "0.3%"], ["furnished_room", "--accuracy", "5%"],
+        ["furnished_room"], ["l_shaped"], ["l_shaped", "--accuracy", "0.5%"])
+
+
+def main() -> None:
+    """Print one line a run: said, taken, and their ratio."""
+    print(f"{'':34}{'patches':>16}{'rays':>8}{'seconds':>20}{'GB':>20}")
+    for run in RUNS:
+        command = [sys.executable, "-m", "renderer"]
+        said = json.loads(subprocess.run([*command, "plan", *run, "--json"], check=True, capture_output=True,
+                                         text=True).stdout)
+        started = time.perf_counter()
+        reading = subprocess.Popen([*command, "photometer", *run, "--json", "--quiet", "--no-cache"],
+                                   stdout=subprocess.PIPE, text=True)
+        got = json.loads(reading.stdout.read())
+        taken = os.wait4(reading.pid, 0)[2].ru_maxrss * 1024
+        seconds = time.perf_counter() - started
+        rays = f"{said['rays'] / got['rays']:.2f}" if got["rays"] else "none"
+        print(f"{' '.join(run):34}{said['patches']:>8}/{got['patches']:<7}{rays:>8}"
+              f"{said['seconds']:>9.1f}/{seconds:.1f} = {said['seconds'] / seconds:.2f}"
+              f"{said['memory'] / 1e9:>9.2f}/{taken / 1e9:.2f} = {said['memory'] / taken:.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

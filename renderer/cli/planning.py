@@ -1,0 +1,68 @@
+"""What a run will take, and what is kept of earlier ones: plan, cache."""
+
+import json
+from dataclasses import asdict
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from renderer.cli.options import Output, Solving
+from renderer.cli.terminal import show
+
+cache = App(name="cache", help="Form factors kept between runs: what there is, and how to be rid of it.",
+          help_format="plaintext")
+
+
+def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+         solving: Solving | None = None, output: Output | None = None) -> None:
+    """What a scene needs, what is left out and why, and what reading its photometers will take.
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    json_
+        Print one JSON object instead of a table.
+    """
+    from renderer.forecast import forecast
+    from renderer.scene.reading import load
+
+    solving = (solving or Solving()).checked()
+    loaded = load(scene)
+    said = forecast(loaded, solving.bands or loaded.solver.bands, solving.accuracy or loaded.solver.accuracy)
+    if json_:
+        print(json.dumps({"scene": loaded.title, **asdict(said)}, indent=1))
+        return
+    rays = f"{said.rays / 1e6:.2g} million" if said.rays else "none"
+    rows = [["patches", f"{said.patches}", f"and {said.other_patches} on a second mesh, to tell the error"],
+            ["rays", rays, "of patches, lamps and meters"],
+            ["bands solved", f"{said.bands_solved} of {said.bands}", "with one operator"],
+            ["time", f"{said.seconds:.2g} s", "on this machine, as busy as it is now; less if kept"],
+            ["memory", f"{said.memory / 1e9:.2g} GB", "at most"],
+            ["accuracy", f"{said.accuracy:.2%}", f"asked; {said.promise:.2%} can be promised here"]]
+    show(f"{loaded.title}: the plan", ["", "estimate", ""], rows)
+    for title, sentences in (("Modelled", said.modelled), ("Left out", said.left_out)):
+        for sentence in sentences:
+            print(f"{title}: {sentence}.")
+
+
+@cache.command
+def info(*, output: Output | None = None) -> None:
+    """Where form factors are kept, how many files there are, and how large they may become."""
+    from renderer.cache import LIMIT, user_cache
+
+    kept = user_cache()
+    files, size = kept.size
+    print(f"{kept.folder}: {files} files, {size / 1e6:.1f} MB; past {LIMIT / 1e6:.0f} MB the file not used "
+          "for longest is removed.")
+
+
+@cache.command
+def clear(*, output: Output | None = None) -> None:
+    """Remove all of them."""
+    from renderer.cache import user_cache
+
+    kept = user_cache()
+    files, size = kept.size
+    kept.clear()
+    print(f"{kept.folder}: {files} files of {size / 1e6:.1f} MB removed.")
