@@ -11,7 +11,8 @@ import subprocess
 import sys
 import time
 
-RUNS = (["grey_room"], ["red_room"], ["red_room", "--accuracy", "0.3%"], ["furnished_room", "--accuracy", "5%"],
+RUNS = (["grey_room"], ["red_room"], ["red_room", "--accuracy", "0.3%"],
+        ["furnished_room", "--accuracy", "5%"],
         ["furnished_room"], ["l_shaped"], ["l_shaped", "--accuracy", "0.5%"])
 
 
