@@ -102,15 +102,17 @@ def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
     share = areas / np.maximum(kept.sum(axis=1), 1)
     kept &= alive[:, None] & alive[hits]
     hit = kept.sum(axis=1)
-    given = sparse.csr_array((np.repeat(share / 2, hit), hits[kept],
-                              np.concatenate([[0], np.cumsum(hit)])), shape=(n, n))
+    row, column = np.repeat(np.arange(n), hit), hits[kept]
+    given = sparse.csr_array((share[row], column, np.concatenate([[0], np.cumsum(hit)])), shape=(n, n))
     error, pair = reciprocity(given, mesh.surface, areas)
+    # Of the two counts of a pair the smaller patch's is the better: their variances are as the areas.
+    given.data *= areas[column] / (areas[row] + areas[column])
     if better_dense(n, 2 * hits.size):
         half = given.toarray()
         matrix = half + half.T
     else:
         matrix = Counted(given, given.T.tocsr(), np.zeros(n))
-    return Exchange(areas, balance(matrix, areas), float(np.abs(closure).max()), 2 * error,
+    return Exchange(areas, balance(matrix, areas), float(np.abs(closure).max()), error,
                     int(np.abs(closure).argmax()), pair)
 
 

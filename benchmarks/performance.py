@@ -1,0 +1,176 @@
+"""How fast form factors, solves and pictures are, and how that grows: the table of docs/performance.md.
+
+    .venv/bin/python benchmarks/performance.py [factors] [reuse] [picture] [growth]
+
+All of them without an argument; growth goes to a million patches and takes minutes and 6 GB. Side by side
+with pyViewFactor where that is installed (pip install pyviewfactor numba). Nothing else should run meanwhile.
+"""
+
+import resource
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import renderer
+from renderer.pictures.camera import look
+from renderer.plan import Plan
+from renderer.readings.photometer import make_meter
+from renderer.solution import Rooms, solve, solve_on
+from renderer.transport.form_factors import cast, contour_exchange, count
+from renderer.transport.mesh import build_mesh
+from renderer.transport.visibility import Visibility
+
+BOX = """[room]
+size = [4.0, 4.0, 3.0]
+floor = "grey"
+walls = "grey"
+ceiling = "grey"
+[materials.grey]
+reflectance = 0.5
+"""
+CRATE = """[[objects]]
+shape = "box"
+position = [1.5, 1.5, 0.0]
+size = [1.0, 1.0, 1.0]
+material = "grey"
+"""
+RAYS, REFERENCE_RAYS = (512, 4096), 1 << 16
+RUNS = 5
+
+
+def timed(work, runs: int = RUNS) -> tuple[float, object]:
+    """Median seconds of so many runs, and what the last returned."""
+    times = []
+    for _ in range(runs):
+        started = time.perf_counter()
+        made = work()
+        times.append(time.perf_counter() - started)
+    return statistics.median(times), made
+
+
+def mesh_of(text: str, patch_size: float):
+    """The patches of a scene given as text."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "room.toml"
+        path.write_text(text)
+        return build_mesh(renderer.load(path), [], patch_size)
+
+
+def to_surfaces(mesh, exchange) -> np.ndarray:
+    """Factors from each exposed patch to each surface (n, n_surfaces)."""
+    member = np.eye(mesh.surface.max() + 1)[mesh.surface]
+    live = exchange.areas > 0
+    return (exchange.matrix @ member)[live] / exchange.areas[live, None]
+
+
+def factors() -> None:
+    """Form factors of some 1,500 patches, empty and with an occluder."""
+    empty = mesh_of(BOX, 0.238)
+    seconds, exchange = timed(lambda: contour_exchange(empty))
+    print(f"form factors, empty box, {len(empty.patches)} patches: {seconds:.2f} s, closure before balancing "
+          f"{exchange.closure_error:.0e}")
+    crate = mesh_of(BOX + CRATE, 0.247)
+
+    def by_rays(rays: int, seed: int = 0):
+        return count(crate, cast(crate, Visibility(crate), rays, (seed,)))
+
+    truth = to_surfaces(crate, by_rays(REFERENCE_RAYS, 1))
+    for rays in RAYS:
+        seconds, exchange = timed(lambda rays=rays: by_rays(rays))
+        error = np.abs(to_surfaces(crate, exchange) - truth)
+        print(f"form factors, with a crate, {len(crate.patches)} patches, {rays} rays each: {seconds:.2f} s, "
+              f"patch-to-surface error {np.sqrt((error**2).mean()):.4f} rms, {error.max():.4f} at most")
+    peer(empty, None)
+    peer(crate, truth)
+
+
+def peer(mesh, truth: np.ndarray | None) -> None:
+    """The same by pyViewFactor (AREP, MIT), compiled beforehand; its error where the truth is known."""
+    try:
+        import pyviewfactor
+        import pyvista
+    except ImportError:
+        print("pyviewfactor is not installed: pip install pyviewfactor numba")
+        return
+    kept = np.ones(len(mesh.patches), dtype=bool) if truth is None else Visibility(mesh).exposed
+    body = pyvista.PolyData(mesh.vertices, np.concatenate([[4, *patch] for patch in mesh.patches[kept]]))
+    walls = None if truth is None else body
+    matrix = pyviewfactor.compute_viewfactor_matrix
+    matrix(body.extract_cells(range(40)).extract_surface(), obstacles=walls)  # compiles
+    seconds, made = timed(lambda: matrix(body, obstacles=walls, skip_obstruction=truth is None), 1)
+    sums = made.T @ np.eye(mesh.surface.max() + 1)[mesh.surface[kept]]
+    said = f"sums of factors {sums.sum(axis=1).min():.4f} to {sums.sum(axis=1).max():.4f}"
+    if truth is not None:
+        error = np.abs(sums - truth)
+        said += f", patch-to-surface error {np.sqrt((error**2).mean()):.4f} rms, {error.max():.4f} at most"
+    print(f"  pyViewFactor, the same {len(mesh.patches)} patches: {seconds:.2f} s, {said}")
+
+
+def reuse() -> None:
+    """A second material in the same geometry, over the first solve."""
+    for name in ("red_room", "furnished_room"):
+        scene = renderer.load(name)
+
+        def first(scene=scene):
+            rooms = Rooms()
+            return rooms, solve(scene, "31", rooms=rooms)
+
+        cold, (rooms, solved) = timed(first)
+        again, _ = timed(lambda scene=scene, rooms=rooms: solve(scene, "31", rooms=rooms))
+        three, _ = timed(lambda scene=scene, rooms=rooms: solve(scene, "rgb", rooms=rooms))
+        patches = len(solved.transport.mesh.patches)
+        print(f"{name}, {patches} patches: first solve {cold:.2f} s, another material {again:.3f} s "
+              f"({again / cold:.1%}); the same in RGB {three:.3f} s")
+
+
+def picture() -> None:
+    """A picture of 512 × 384 pixels in 31 bands, cold, and its error against a converged one."""
+    scene = renderer.load("furnished_room")
+    camera = scene.camera.model_copy(update={"resolution": (512, 384)})
+
+    def shown(accuracy: float):
+        solution = solve(scene, "31", accuracy)
+        view = look(solution.transport, camera, "camera")
+        return view.direct(solution, solution.bands.xyz) + view.indirect(solution, solution.bands.xyz)
+
+    seconds, image = timed(lambda: shown(0.05), 3)
+    truth = shown(0.003)
+    error = np.sqrt(((image - truth)[..., 1] ** 2).mean()) / truth[..., 1].mean()
+    print(f"furnished_room, 512 × 384 pixels, 31 bands at 5 %: {seconds:.1f} s, rms error of luminance "
+          f"{error:.2%} of the mean")
+
+
+def growth() -> None:
+    """The furnished room with ever more patches: solve and one reading, 31 bands, no error bars."""
+    scene, found = renderer.load("furnished_room"), []
+    spot = scene.photometers[0]
+    for size in (0.126, 0.04, 0.0126):
+        rooms, plan = Rooms(), Plan(size, 64, ())
+        started = time.perf_counter()
+        transport = rooms.transport(scene, plan, 0)
+        solution = solve_on(scene, scene.band_set("31"), plan, rooms, transport)
+        direct, indirect = solution.read(make_meter(transport, np.array(spot.position), np.array(spot.normal),
+                                                    spot.name))
+        seconds = time.perf_counter() - started
+        lux = (direct + indirect.sum(axis=0)) @ solution.bands.luminous
+        found.append((len(transport.mesh.patches), seconds))
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
+        print(f"{found[-1][0]:>9} patches, 64 rays each: {seconds:7.1f} s, {lux:.2f} lx at {spot.name!r}; "
+              f"{memory:.1f} GB at most so far", flush=True)
+    n, t = np.log(found).T
+    print(f"growth from {found[0][0]} to {found[-1][0]} patches: exponent {np.polyfit(n, t, 1)[0]:.2f}")
+
+
+def main() -> None:
+    """Run what is asked, else all."""
+    parts = {"factors": factors, "reuse": reuse, "picture": picture, "growth": growth}
+    for name in sys.argv[1:] or parts:
+        parts[name]()
+
+
+if __name__ == "__main__":
+    main()
