@@ -91,7 +91,7 @@ def _legendre(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _near_face(p: np.ndarray, n: np.ndarray, luminaire: Luminaire, face: Face) -> np.ndarray:
-    """What one face sends (k,) [m⁻²] to points near it: the face halved until it is short for its distance."""
+    """What one face sends (k,) [m⁻²] to points near it: halved until short for its distance."""
     close = closeness(luminaire)
     turns = np.arange(SECTORS + 1) / SECTORS if face.elliptic else np.array([0.0, 1.0])
     cells = np.array([[0.0, 1.0, a, b] for a, b in pairwise(turns)])
