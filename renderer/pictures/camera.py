@@ -157,7 +157,8 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     at_middle = np.zeros((n, light.shape[1]))
     at_middle[found] = light
     if transport.visibility is not None:
-        edge |= _shadow_edges(light, found, edge.shape)
+        lumens = np.array([luminaire.lumens for luminaire in transport.luminaires])
+        edge |= _shadow_edges(light @ lumens, found, edge.shape)
     plain = ~edge.ravel()[found]
     fine = np.flatnonzero(edge.ravel())
     sub = (np.arange(SUBPIXELS) + 0.5) / SUBPIXELS - 0.5
@@ -193,14 +194,13 @@ def _plane(transport: Transport, patch: np.ndarray) -> np.ndarray:
 
 
 def _shadow_edges(light: np.ndarray, found: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Pixels (height, width) next to which direct light (k, n_luminaires) changes steeply."""
-    picture = np.zeros((found.size, light.shape[1]))
+    """Pixels (height, width) next to which direct light (k,) changes steeply."""
+    picture = np.zeros(found.size)
     picture[found] = light
-    picture = picture.reshape(*shape, -1)
+    picture = picture.reshape(shape)
     edge = np.zeros(shape, dtype=bool)
     for a, b in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
-        larger = np.maximum(picture[a], picture[b])
-        steep = (np.abs(picture[a] - picture[b]) > CONTRAST * larger).any(axis=-1)
+        steep = np.abs(picture[a] - picture[b]) > CONTRAST * np.maximum(picture[a], picture[b])
         edge[a] |= steep
         edge[b] |= steep
     return edge

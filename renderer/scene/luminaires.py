@@ -29,7 +29,7 @@ class Face:
     normal: np.ndarray
     elliptic: bool = False
 
-    @property
+    @cached_property
     def area(self) -> float:
         """Area [m²]."""
         return float(np.linalg.norm(np.cross(self.u, self.v))) * (np.pi if self.elliptic else 1.0)
@@ -67,7 +67,7 @@ class Luminaire:
     axes: np.ndarray = field(default_factory=lambda: np.eye(3))
     opening: tuple[Face, ...] = ()
 
-    @property
+    @cached_property
     def area(self) -> float:
         """Area of its body [m²]; 0 for a point."""
         if self.outline is None:

@@ -93,26 +93,23 @@ def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminair
         low, high = np.minimum(p, outline.min(axis=0)), np.maximum(p, outline.max(axis=0))
         slack = 1e-9 * (high - low).max(axis=1, initial=0.0)[:, None]
         found = np.zeros(len(p), dtype=bool)
+        planes, limits = [n], [slack[:, 0]]
+        for a, b in edges if len(edges) == 4 else ():  # a disc's many edges cost too much
+            plane = np.cross(a - p, b - p)
+            side = ((luminaire.center - p) * plane).sum(axis=1)
+            planes.append(plane * np.sign(side)[:, None])
+            limits.append(np.where(side != 0, slack[:, 0] * np.linalg.norm(plane, axis=1), -np.inf))
+        planes, limits = np.stack(planes, axis=1), np.stack(limits, axis=1)
+        limits += (p[:, None] * planes).sum(axis=2)
         for box in boxes:
             near = ((box.max(axis=0) >= low - slack) & (box.min(axis=0) <= high + slack)).all(axis=1)
             k = np.flatnonzero(near & ~found)
-            offset = box[None] - p[k, None]
-            apart = (_along(offset, n[k]) <= slack[k]).all(axis=1)
-            for a, b in edges if len(edges) == 4 else ():  # a disc's many edges cost too much
-                plane = np.cross(a - p[k], b - p[k])
-                side = ((luminaire.center - p[k]) * plane).sum(axis=1)
-                plane *= np.sign(side)[:, None]
-                apart |= (_along(offset, plane) <= 0).all(axis=1) & (side != 0)
-            found[k[~apart]] = True
+            reach = (planes[k].reshape(-1, 3) @ box.T).max(axis=1).reshape(limits[k].shape)
+            found[k[(reach > limits[k]).all(axis=1)]] = True
         shadowed[start:stop] = found
 
     in_threads(work, len(points), 1 << 13)
     return shadowed
-
-
-def _along(offset: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Components (k, c) of vectors (k, c, 3) along directions (k, 3)."""
-    return (offset @ direction[:, :, None])[..., 0]
 
 
 def spread(luminaire: Luminaire, square: np.ndarray) -> np.ndarray:
@@ -228,10 +225,19 @@ def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, visibility: Visibil
               parts: int) -> np.ndarray:
     """Share of a luminaire's light on each patch that gets past what stands between (parts, k)."""
     points, normals = _points_on(mesh, patch, seed, parts)
-    shape = (len(patch), parts, PATCH_POINTS)
-    total = unoccluded(points, normals, [lum]).reshape(shape).sum(axis=2)
-    past = direct_at(points, normals, [lum], visibility, seed, PATCH_RAYS).reshape(shape).sum(axis=2)
-    return (past / np.where(total > 0, total, 1.0)).T
+    share = np.ones((parts, len(patch)))
+    maybe = may_be_shadowed(points, normals, lum, visibility.mesh.obstacles)
+    some = maybe.reshape(len(patch), -1).any(axis=1)
+    of_some = np.repeat(some, parts * PATCH_POINTS)
+    points, normals, maybe = points[of_some], normals[of_some], maybe[of_some]
+    factors = unoccluded(points, normals, [lum])[:, 0]
+    past = factors.copy()
+    asked = np.flatnonzero(maybe & (factors > 0))
+    past[asked] *= visible_share(visibility.off(points[asked], normals[asked]), normals[asked], lum,
+                                 visibility, PATCH_RAYS, (*seed, 0), 1)[0]
+    past, total = (x.reshape(-1, parts, PATCH_POINTS).sum(axis=2).T for x in (past, factors))
+    share[:, some] = past / np.where(total > 0, total, 1.0)
+    return share
 
 
 def _points_on(mesh: Mesh, patch: np.ndarray, seed, parts: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,7 @@
 """Light from measured luminaires, nothing standing between: every place of the luminous opening sends its
 share of the measured intensity in each direction, so that from afar I/d² arrives."""
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +16,9 @@ finer detail, so that two Gauss points each way integrate it."""
 DEEPEST, DEEPEST_PATCH, SMALLEST = 36, 12, 0.05
 """Halvings of an opening, and of a patch, at the most; and the smallest part of a patch, in sides of the
 opening."""
+APART, DENSE = 0.3, 1.6
+"""A point farther from a face than this share of its longer side sees it by one rule; how many places that
+has for each length that a part may have."""
 SECTORS = 8
 GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 POINTS = 1 << 13
@@ -45,8 +49,49 @@ def through_opening(points: np.ndarray, normals: np.ndarray, luminaire: Luminair
 
 
 def _from_face(p: np.ndarray, n: np.ndarray, luminaire: Luminaire, face: Face) -> np.ndarray:
-    """What one face sends (k,) [m⁻²]: the face halved until it is short for its distance."""
-    flat = len(luminaire.opening) == 2
+    """What one face sends (k,) [m⁻²]: by one rule of Gauss over all of it from afar, else halved."""
+    light = np.zeros(len(p))
+    sides = np.array([np.linalg.norm(edge) * (2 if face.elliptic else 1) for edge in (face.u, face.v)])
+    frame = np.stack([face.u, face.v, face.normal])
+    frame /= np.linalg.norm(frame, axis=1)[:, None]
+    offset = np.abs((p - luminaire.center - face.middle) @ frame.T) - np.append(sides / 2, 0.0)
+    far = np.linalg.norm(np.clip(offset, 0, None), axis=1)
+    whole = far > max(sides) * APART
+    near = np.flatnonzero(~whole)
+    light[near] = _near_face(p[near], n[near], luminaire, face)
+    # From as far, as many places: one rule for all points of an octave's quarter.
+    ring = np.floor(4 * np.log2(np.where(whole, far, 1.0)))
+    for step in np.unique(ring[whole]):
+        k = np.flatnonzero(whole & (ring == step))
+        places, share = _rule(face, sides, closeness(luminaire) * 2 ** (step / 4))
+        size = max(1, POINTS * 8 // len(places))
+        for part in np.split(k, range(size, len(k), size)):
+            light[part] = _sent(p[part, None], n[part, None], luminaire.center + places, luminaire,
+                                face) @ (face.area * share)
+    return light
+
+
+def _rule(face: Face, sides: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places (m, 3) [m] on a face and the share (m,) of its area that each stands for: two, and DENSE more
+    for each length `reach` [m] of its sides."""
+    if face.elliptic:  # along the radius, and evenly around
+        counts = [2 + int(max(sides) / 2 / reach), 6 + 2 * int(np.pi * max(sides) / 2 / reach)]
+    else:
+        counts = [2 + int(DENSE * side / reach) for side in sides]
+    (s, ws), (t, wt) = (_legendre(count) for count in counts)
+    if face.elliptic:
+        t, wt = 2 * np.arange(counts[1]) / counts[1] - 1, np.full(counts[1], 2 / counts[1])
+    s, t = (x.ravel() for x in np.meshgrid((1 + s) / 2, (1 + t) / 2, indexing="ij"))
+    return face.at(s, t), np.outer(ws, wt).ravel() / 4
+
+
+@cache
+def _legendre(count: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.polynomial.legendre.leggauss(count)
+
+
+def _near_face(p: np.ndarray, n: np.ndarray, luminaire: Luminaire, face: Face) -> np.ndarray:
+    """What one face sends (k,) [m⁻²] to points near it: halved until short for its distance."""
     close = closeness(luminaire)
     turns = np.arange(SECTORS + 1) / SECTORS if face.elliptic else np.array([0.0, 1.0])
     cells = np.array([[0.0, 1.0, a, b] for a, b in pairwise(turns)])
@@ -62,30 +107,32 @@ def _from_face(p: np.ndarray, n: np.ndarray, luminaire: Luminaire, face: Face) -
         middle = luminaire.center + face.at((s0 + s1) / 2, (t0 + t1) / 2)
         far = np.linalg.norm(p[who] - middle, axis=1)
         large = (np.maximum(*sides) > close * far) & (depth < DEEPEST)
-        done = ~large
-        for gs in GAUSS:
-            for gt in GAUSS:
-                a = cells[done]
-                at = luminaire.center + face.at(a[:, 0] + gs * (a[:, 1] - a[:, 0]),
-                                                a[:, 2] + gt * (a[:, 3] - a[:, 2]))
-                share = face.area * (a[:, 1] - a[:, 0]) * (a[:, 3] - a[:, 2]) / 4
-                sent = _sent(p[who[done]], n[who[done]], at, luminaire, face, flat)
-                light += np.bincount(who[done], share * sent, len(p))
+        s, t, share = gauss_points(cells[~large])
+        k = who[~large]
+        sent = _sent(p[k, None], n[k, None], luminaire.center + face.at(s, t), luminaire, face)
+        light += face.area * np.bincount(k, share * sent.sum(axis=1), len(p))
         along_s = (sides[0] >= sides[1])[large]
         cells, who = halved(cells[large], along_s), np.repeat(who[large], 2)
     return light
 
 
-def _sent(p, n, at, luminaire: Luminaire, face: Face, flat: bool) -> np.ndarray:
-    """From places on a face to points, per area of the face (k,) [m⁻⁴]."""
+def gauss_points(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two Gauss points each way of cells (k, 4) of a unit square: s and t (k, 4), and what share of the
+    square each stands for (k,)."""
+    s0, s1, t0, t1 = cells.T[:, :, None]
+    s, t = s0 + np.repeat(GAUSS, 2) * (s1 - s0), t0 + np.tile(GAUSS, 2) * (t1 - t0)
+    return s, t, ((s1 - s0) * (t1 - t0) / 4)[:, 0]
+
+
+def _sent(p, n, at, luminaire: Luminaire, face: Face) -> np.ndarray:
+    """From places (…, 3) on a face to points (…, 3), per area of the face (…) [m⁻⁴]."""
     reach = p - at
-    distance2 = np.maximum(np.einsum("ki,ki->k", reach, reach), 1e-30)
-    away = reach / np.sqrt(distance2)[:, None]
-    incidence = np.clip(-np.einsum("ki,ki->k", away, n), 0, None)
-    if flat:  # the cosine cancels, and at grazing angles need not be divided
-        return luminaire.intensity(away) / face.area * incidence / distance2
-    leaving = np.clip(away @ face.normal, 0, None)
-    return luminaire.luminance(away) * leaving * incidence / distance2
+    distance2 = np.maximum(np.einsum("...i,...i->...", reach, reach), 1e-30)
+    incidence = np.clip(-np.einsum("...i,...i->...", reach, n), 0, None)
+    if len(luminaire.opening) == 2:  # the cosine cancels, and at grazing angles need not be divided
+        return luminaire.intensity(reach) / face.area * incidence / (distance2 * np.sqrt(distance2))
+    leaving = np.clip(reach @ face.normal, 0, None)
+    return luminaire.luminance(reach / np.sqrt(distance2)[..., None]) * leaving * incidence / distance2**2
 
 
 def halved(cells: np.ndarray, along_s: np.ndarray) -> np.ndarray:
@@ -113,7 +160,7 @@ def measured_flux(mesh: Mesh, patch: np.ndarray, luminaire: Luminaire, light_at)
     cells = np.tile([0.0, 1.0, 0.0, 1.0], (len(which), 1))
     # Where the opening touches a patch its light is bounded.
     smallest = SMALLEST * np.sqrt(max((face.area for face in luminaire.opening), default=0.0))
-    flux = np.zeros(len(patch))
+    places = []
     lengths = np.linalg.norm(mesh.u[patch], axis=1), np.linalg.norm(mesh.v[patch], axis=1)
     for depth in range(DEEPEST_PATCH + 1):
         if not len(which):
@@ -123,16 +170,16 @@ def measured_flux(mesh: Mesh, patch: np.ndarray, luminaire: Luminaire, light_at)
         middle = _on(mesh, patch[which], (s0 + s1) / 2, (t0 + t1) / 2)
         long = np.maximum(close * _distance(luminaire, middle), smallest)
         large = (np.maximum(*sides) > long) & (depth < DEEPEST_PATCH)
-        done, k = cells[~large], which[~large]
-        for gs in GAUSS:
-            for gt in GAUSS:
-                at = _on(mesh, patch[k], done[:, 0] + gs * (done[:, 1] - done[:, 0]),
-                         done[:, 2] + gt * (done[:, 3] - done[:, 2]))
-                share = mesh.area[patch[k]] * (done[:, 1] - done[:, 0]) * (done[:, 3] - done[:, 2]) / 4
-                flux += np.bincount(k, share * light_at(at, mesh.normal[patch[k]]), len(patch))
+        s, t, share = gauss_points(cells[~large])
+        k = np.repeat(which[~large], GAUSS.size**2)
+        places.append((k, np.repeat(share, GAUSS.size**2), _on(mesh, patch[k], s.ravel(), t.ravel())))
         cells = halved(cells[large], (sides[0] >= sides[1])[large])
         which = np.repeat(which[large], 2)
-    return flux
+    if not places:
+        return np.zeros(len(patch))
+    k, share, at = (np.concatenate(x) for x in zip(*places, strict=True))
+    light = light_at(at, mesh.normal[patch[k]])
+    return mesh.area[patch] * np.bincount(k, share * light, len(patch))
 
 
 def _on(mesh: Mesh, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
