@@ -23,6 +23,8 @@ class Table:
     rows: list[list[str]]
 
 
+NODES_CANNOT = "placed nodes know illuminance alone; use --bands 31"
+WIDE_CANNOT = "bands wider than 10 nm tell no colour to the accuracy of 31; use --bands 31"
 RGB_CANNOT = "three bands are weighted integrals, not a spectrum; use --bands 31"
 NO_LIGHT = "no light arrives"
 NOT_WHITE = f"the light is too far from white: Duv over {FARTHEST}, under 1,000 K, or hues missing"
@@ -48,11 +50,11 @@ def reading_record(reading: Reading, lamps: dict | None) -> dict:
     bands = reading.bands
     light = dict.fromkeys((*COLOUR, "melanopic_der"))
     opic = spectrum = None
-    if reading.power is None:
+    if bands.filters is not None:
         light["xy"] = chromaticity(reading.total, bands)
         light["cct_K"], light["duv"] = colour_temperature(light["xy"])
         light["xy"] = light["xy"] and list(light["xy"])
-    else:
+    elif reading.power is not None:
         spectrum = {"wavelength_nm": bands.centres.tolist(),
                     "irradiance_W_m2_nm": (reading.total / bands.widths).tolist()}
         opic = {name: {"irradiance_W_m2": float(irradiance), "edi_lx": float(lux)} for name, irradiance, lux
@@ -77,8 +79,10 @@ def reading_record(reading: Reading, lamps: dict | None) -> dict:
 
 
 def _why_unknown(reading: Reading, key: str) -> str:
-    if reading.power is None and key not in ("xy", "cct_K", "duv"):
-        return RGB_CANNOT
+    bands = reading.bands
+    if reading.power is None and (bands.filters is None or key not in ("xy", "cct_K", "duv")):
+        return NODES_CANNOT if bands.nodes is not None else WIDE_CANNOT if bands.edges is not None \
+            else RGB_CANNOT
     return NOT_WHITE if reading.total_lx > 0 else NO_LIGHT
 
 

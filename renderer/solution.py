@@ -34,7 +34,7 @@ COARSER = 1.5
 class Reading:
     """What a photometer shows; by band (n_bands,) [W m⁻² per band; lx-weighted in RGB].
 
-    power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None in RGB, whose bands are no spectrum
+    power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None where the bands are no spectrum
     mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
     band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
     """
@@ -187,8 +187,8 @@ class Solution:
 
     def _power(self, meter: Meter, indirect: np.ndarray) -> np.ndarray | None:
         """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹]: straight from each lamp exactly, by way of the
-        surfaces as the bands say (n_bands,); None in RGB."""
-        if self.bands.edges is None:
+        surfaces as the bands say (n_bands,); None where these know no spectrum."""
+        if not self.bands.knows_spectrum:
             return None
         lamps = np.array([spectral_flux(lamp, lum.lumens) for lum, lamp in
                           zip(self.scene.luminaires, self.scene.lamps, strict=True)]).reshape(-1, 471)
@@ -301,7 +301,7 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
           progress: Progress = lambda step: None, plan: Plan | None = None) -> Solution:
     """Solve a scene; what is not given here is taken from its [solver] table.
 
-    bands : "rgb", "rgb-prefiltered" or "31"; accuracy : of readings [1], what mesh and rays are chosen for;
+    bands : one of BAND_SETS; accuracy : of readings [1], what mesh and rays are chosen for;
     rooms : transports to share with other scenes of the same geometry; progress : told each step.
     Raises InputError (the scene is too large) or SolveError (it has no steady state).
     """

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderer.colour.bands import BAND_SETS
+from renderer.colour.bands import COMPARED
 from renderer.studies.comparison import CSV_COLUMNS, NAMES
 
 
@@ -22,7 +22,7 @@ def rows(compared):
 
 def test_the_table_has_the_stated_columns_and_rows(rows, compared):
     assert set(rows) == {(room, bands) for room in ("Grey room", "Red room", "Saturated red room")
-                         for bands in BAND_SETS}
+                         for bands in COMPARED}
     assert tuple(next(iter(rows.values()))) == CSV_COLUMNS
     folder, done = compared
     record = json.loads((folder / "outputs" / "comparison.json").read_text())
@@ -48,7 +48,7 @@ def test_the_ratios_to_the_grey_room(rows, room, bands, ratio, tolerance):
 
 
 def test_the_grey_room_is_the_same_in_every_band_set(rows):
-    grey = [float(rows["Grey room", bands]["total_lx"]) for bands in BAND_SETS]
+    grey = [float(rows["Grey room", bands]["total_lx"]) for bands in COMPARED]
     assert grey == pytest.approx([grey[0]] * 3, rel=1e-6)
 
 
@@ -60,7 +60,7 @@ def test_total_is_direct_and_indirect(rows):
 def test_every_picture_is_there_and_whole(compared):
     out = compared[0] / "outputs"
     for stem in ("grey_room", "red_room", "saturated_red_room"):
-        for bands in BAND_SETS:
+        for bands in COMPARED:
             for name in NAMES:
                 with Image.open(out / "comparison" / f"{stem}_{bands}_{name}.png") as picture:
                     picture.load()

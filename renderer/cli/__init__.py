@@ -16,8 +16,7 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           suppress_keyboard_interrupt=False)
 for command in (rooms.compare, rooms.report, rooms.render, rooms.pseudocolour, readings.photometer,
                 readings.luminance, readings.ugr, studies.validate, studies.spectrum, studies.gamut,
-                luminaires.luminaire,
-                planning.plan):
+                studies.tradeoff, luminaires.luminaire, planning.plan):
     app.command(command)
 app.command(planning.cache)
 

@@ -47,7 +47,7 @@ class Solving:
     """How a scene is solved."""
 
     bands: str | None = None
-    "rgb, rgb-prefiltered or 31; else as the scene says."
+    "rgb, rgb-prefiltered, 6 (placed nodes, illuminance only), 9, 16, 31 or 61; else as the scene says."
     accuracy: Annotated[float | None, Parameter(converter=_accuracy)] = None
     "Of readings, as 1% or 0.01; else as the scene says."
     seed: Annotated[int | None, Parameter(converter=_whole)] = None

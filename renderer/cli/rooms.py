@@ -94,7 +94,7 @@ def render(scene: str, *, solving: Solving | None = None, output: Output | None 
     """
     from renderer.studies.single import save_render
 
-    _one_room(scene, solving, output, save_render)
+    _one_room(scene, solving, output, save_render, in_colour=True)
 
 
 def pseudocolour(scene: str, *, solving: Solving | None = None,
@@ -111,7 +111,7 @@ def pseudocolour(scene: str, *, solving: Solving | None = None,
     _one_room(scene, solving, output, save_pseudocolour)
 
 
-def _one_room(scene: str, solving: Solving | None, output: Output | None, save) -> None:
+def _one_room(scene: str, solving: Solving | None, output: Output | None, save, in_colour=False) -> None:
     from renderer.files import output_folder
     from renderer.scene.reading import load
     from renderer.solution import solve
@@ -121,6 +121,11 @@ def _one_room(scene: str, solving: Solving | None, output: Output | None, save) 
     if loaded.camera is None:
         raise InputError(f"{loaded.path}: camera is missing; a picture needs a [camera] table with "
                          "position and look_at.")
+    asked = solving.bands or loaded.solver.bands
+    if in_colour and asked == "6":
+        given = "--bands" if solving.bands else f"{loaded.path}: solver.bands"
+        raise InputError(f"{given} is '6', nodes that know luminance and no colour; a picture needs "
+                         "--bands 31. Or ask for renderer pseudocolour.")
     warn_before(loaded, solving.accuracy)
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:

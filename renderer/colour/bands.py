@@ -14,6 +14,10 @@ from renderer.colour.tables import cie_1931, d65
 K_M = 683.0
 """Maximum luminous efficacy of radiation [lm/W], photopic (CIE 15:2018; SI: 683 at 540 THz)."""
 
+SPECTRAL = 10.001
+"""Widest band [nm] from which a spectrum is read: with 16 bands CCT errs by up to 1 %, R_a by 1 and α-opic
+light by 3 %, with 9 by 7 %, 4 and 10 % (benchmarks/colour_readings.py)."""
+
 # Linear BT.709 to XYZ, derived from the primaries and D65 (0.3127, 0.3290) of ITU-R BT.709-6.
 _PRIMARIES = np.array([[0.64, 0.33, 0.03], [0.30, 0.60, 0.10], [0.15, 0.06, 0.79]])
 _WHITE = np.array([0.3127, 0.3290, 0.3583]) / 0.3290
@@ -33,15 +37,23 @@ class BandSet:
 
     name : one of BAND_SETS
     edges : (n_bands + 1,) [nm], or None where a band is no interval of wavelengths
-    xyz : (n_bands, 3) tristimulus values per unit of each band, Y in lm (so W → lm, or lm → lm)
+    xyz : (n_bands, 3) tristimulus values per unit of each band, Y in lm (so W → lm, or lm → lm);
+        of placed nodes, which know no colour, X and Z are 0
     filters : where it is none, weights (471, n_bands) on a reflectance at 360–830 nm, 1 nm; each
         band's add up to 1
+    nodes : where it is single wavelengths, these (n_bands,) [nm]; a unit is then a lumen
     """
 
     name: str
     edges: np.ndarray | None
     xyz: np.ndarray
     filters: np.ndarray | None = None
+    nodes: np.ndarray | None = None
+
+    @property
+    def knows_spectrum(self) -> bool:
+        """Whether a spectrum, and what follows from it, can be read off: bands of 10 nm or less."""
+        return self.edges is not None and self.widths.max() <= SPECTRAL
 
     @property
     def luminous(self) -> np.ndarray:
@@ -77,11 +89,15 @@ def band_average(nm: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.nd
 
 @cache
 def band_set(name: str) -> BandSet:
-    """The band set of that name: "rgb", or "31" (400, 410 … 700 nm, each 10 nm wide)."""
+    """The band set of that name: "rgb", or so many bands of one width, the middles from 400 to 700 nm.
+
+    "31" are 400, 410 … 700 nm, each 10 nm wide; "61", "16" and "9" are 5, 20 and 37.5 nm wide.
+    """
     if name == "rgb":
         return BandSet("rgb", None, BT709_TO_XYZ.T, bt709_under_d65()[1])
-    edges = np.arange(395.0, 706.0, 10.0)
-    return BandSet("31", edges, K_M * band_average(*cie_1931(), edges))
+    half = 150.0 / (int(name) - 1)
+    edges = np.linspace(400.0 - half, 700.0 + half, int(name) + 1)
+    return BandSet(name, edges, K_M * band_average(*cie_1931(), edges))
 
 
 @cache
@@ -111,7 +127,9 @@ def prefiltered(light: np.ndarray, primaries: np.ndarray = XYZ_TO_SHARP) -> Band
     return BandSet("rgb-prefiltered", None, xyz / xyz[:, 1].sum(), filters / filters.sum(axis=0))
 
 
-BAND_SETS = ("rgb", "rgb-prefiltered", "31")
+BAND_SETS = ("rgb", "rgb-prefiltered", "6", "9", "16", "31", "61")
+COMPARED = ("rgb", "rgb-prefiltered", "31")
+"""Those that rooms and colours are shown in side by side."""
 
 
 @cache

@@ -5,6 +5,7 @@ import difflib
 import numpy as np
 
 from renderer.colour.bands import K_M, BandSet, band_average, displayable
+from renderer.colour.nodes import GRID, luminous_at_1_nm, node_weights
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, d65
 from renderer.errors import InputError
@@ -80,7 +81,11 @@ def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> 
     A source is dark outside its samples. Raises InputError where no light falls into the bands.
     """
     nm, observer = cie_1931()
-    if bands.edges is None:
+    if bands.nodes is not None:
+        light = luminous_at_1_nm(power_at_1_nm(spectrum))
+        carried = light[(nm > GRID[0] - 5) & (nm < GRID[-1] + 5)].any()
+        shares = node_weights(light, bands.nodes) if carried else np.zeros(len(bands.nodes))
+    elif bands.edges is None:
         xyz = power_at_1_nm(spectrum) @ observer
         shares = displayable(np.linalg.lstsq(bands.xyz.T, xyz)[0], xyz[1], weights=bands.luminous)
     else:

@@ -35,6 +35,8 @@ class Material:
         if spectrum is None:
             nm, (values,) = UPSAMPLING[self.upsampling](np.array([self.rgb]))
             spectrum = Spectrum(nm, values)
+        if bands.nodes is not None:
+            return np.clip(np.interp(bands.nodes, spectrum.nm, spectrum.values), 0.0, 1.0)
         if bands.edges is not None:
             return band_average(spectrum.nm, spectrum.values, bands.edges)
         curve = np.interp(cie_1931()[0], spectrum.nm, spectrum.values)

@@ -12,9 +12,10 @@ import trimesh
 from pydantic import BaseModel, ValidationError
 
 from renderer.colour.bands import BandSet, band_set, prefiltered
-from renderer.colour.lamps import band_flux, mean_light
+from renderer.colour.lamps import band_flux, mean_light, power_at_1_nm
 from renderer.colour.materials import Material, srgb_to_linear
 from renderer.colour.munsell import munsell_chip
+from renderer.colour.nodes import luminous_at_1_nm, placed
 from renderer.colour.spectrum import Spectrum, read_reflectance
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, flat_parts
@@ -97,7 +98,10 @@ class Scene:
         return [lum for lum in self.luminaires if lum.outline is not None]
 
     def band_set(self, name: str) -> BandSet:
-        """The band set of that name; "rgb-prefiltered" is made for this scene's lamps."""
+        """The band set of that name; "rgb-prefiltered" and "6" are made for this scene's lamps."""
+        if name == "6":
+            lights = [luminous_at_1_nm(power_at_1_nm(lamp)) for lamp in self.lamps]
+            return placed(lights, [lum.lumens for lum in self.luminaires])
         if name != "rgb-prefiltered":
             return band_set(name)
         return prefiltered(mean_light(self.lamps, [lum.lumens for lum in self.luminaires]))

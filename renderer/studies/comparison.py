@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from renderer.accuracy import solve_and_read
-from renderer.colour.bands import BAND_SETS
+from renderer.colour.bands import COMPARED
 from renderer.files import whole_file
 from renderer.pictures.camera import View, look
 from renderer.pictures.exr import save_luminance, save_spectral
@@ -43,7 +43,7 @@ def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, roo
     """Solve every room in every band set; rooms of one geometry share its form factors."""
     cases, first = [], {}
     for scene, stem in zip(scenes, _stems(scenes), strict=True):
-        for bands in BAND_SETS:
+        for bands in COMPARED:
             started = time.perf_counter()
             solution, readings = solve_and_read(scene, bands, accuracy, seed, rooms, progress)
             if scene is scenes[0]:

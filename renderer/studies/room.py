@@ -6,7 +6,7 @@ their reflectance in it. It is solved at some Chebyshev points and interpolated.
 
 import numpy as np
 
-from renderer.colour.bands import BAND_SETS
+from renderer.colour.bands import COMPARED
 from renderer.errors import InputError
 from renderer.plan import make_plan
 from renderer.readings.photometer import make_meter
@@ -56,7 +56,7 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     plan = make_plan(scene, accuracy or scene.solver.accuracy, scene.solver.patch_size)
     transport = rooms.transport(scene, plan, seed, progress)
     lumens = [lum.lumens for lum in scene.luminaires]
-    bands = {name: scene.band_set(name) for name in BAND_SETS}
+    bands = {name: scene.band_set(name) for name in COMPARED}
     shares = {name: scene.flux(b).sum(axis=0) * b.luminous / sum(lumens) for name, b in bands.items()}
     progress(f"{scene.title}: every reflectance of {material!r}")
     nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)

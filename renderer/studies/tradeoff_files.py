@@ -1,0 +1,80 @@
+"""A measured trade as a table, a picture, and in words."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from renderer.files import whole_file
+from renderer.pictures.front import save_front
+from renderer.report import Table
+from renderer.studies.tradeoff import TARGETS, Setting, Tradeoff
+
+COLUMNS = ("bands", "method", "patch_size_m", "rays_per_patch", "patches", "seconds_geometry",
+           "seconds_bands", "seconds", "error_photometers", "error_surfaces", "on_front")
+
+
+def save(found: Tradeoff, out: Path) -> list[Path]:
+    """Write tradeoff.csv, tradeoff.md and tradeoff.png; returns the files."""
+    front, files = found.front, [out / "tradeoff.csv", out / "tradeoff.md"]
+    with whole_file(files[0]) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for s in found.settings:
+            seconds = (f"{x:.4g}" for x in (s.transport, s.solve, s.seconds))
+            writer.writerow([s.bands, s.method, f"{s.patch_size:.4g}", s.rays, s.patches, *seconds,
+                             f"{s.photometers:.3g}", f"{s.surfaces:.3g}", int(s in front)])
+    with whole_file(files[1]) as part:
+        part.write_text("\n".join(_markdown(found)) + "\n", encoding="utf-8")
+    marked = list(dict.fromkeys(s for s in map(found.recommended, TARGETS) if s))
+    return [*files, save_front(found.scene.title, found.settings, front, marked, found.floor,
+                               out / "tradeoff.png")]
+
+
+def recommendations(found: Tradeoff) -> Table:
+    """The fastest setting for each of TARGETS."""
+    rows = []
+    for target in TARGETS:
+        best = found.recommended(target)
+        rows.append([f"{target:.1%}", *(["none of these"] + ["–"] * 5 if best is None else _cells(best))])
+    return Table(f"{found.scene.title}: the fastest setting",
+                 ["error", "bands", "factors", "patch m", "patches", "time s", "its error"], rows)
+
+
+def _cells(s: Setting) -> list[str]:
+    factors = f"{s.rays} rays a patch" if s.rays else "exact"
+    return [s.bands, factors, f"{s.patch_size:.2f}", str(s.patches), f"{s.seconds:.2g}", f"{s.error:.2%}"]
+
+
+def _markdown(found: Tradeoff) -> list[str]:
+    table = recommendations(found)
+    return [f"| {' | '.join(table.columns)} |", "|" + "---|" * len(table.columns),
+            *(f"| {' | '.join(row)} |" for row in table.rows), "", words(found)]
+
+
+def words(found: Tradeoff) -> str:
+    """The trade in one paragraph."""
+    by = {name: [s for s in found.settings if s.bands == name] for name in {s.bands for s in found.settings}}
+    dearer = np.median([a.seconds / b.seconds for a, b in zip(by["31"], by["rgb"], strict=True)])
+    share = np.median([s.transport / s.seconds for s in found.settings])
+    exact = {name: min(s.error for s in of) for name, of in by.items()}
+    said = [f"{found.scene.title}: {len(found.settings)} settings, held against {found.reference}, whose "
+            f"readings are known to {_percent(found.floor)}.",
+            f"Half of the settings spend more than {share:.0%} of their time on form factors and meters, "
+            f"which every band set shares: 31 bands take {dearer:.2f} times as long as RGB.",
+            f"However fine the mesh, RGB stays {_percent(exact['rgb'])} off here, prefiltered "
+            f"{_percent(exact['rgb-prefiltered'])}, six nodes {_percent(exact['6'])}, 9 bands "
+            f"{_percent(exact['9'])}, 16 {_percent(exact['16'])}, 31 {_percent(exact['31'])}."]
+    for target in TARGETS:
+        best = found.recommended(target)
+        if best is None:
+            said.append(f"None of these settings is within {target:.1%}.")
+            continue
+        factors = f"{best.rays} rays a patch" if best.rays else "exact factors"
+        said.append(f"For {target:.1%} take bands = \"{best.bands}\" and patch_size = {best.patch_size:.2f} "
+                    f"({factors}): {best.seconds:.2g} s, {_percent(best.error)} off.")
+    return " ".join(said)
+
+
+def _percent(x: float) -> str:
+    return f"{100 * x:.2g} %" if x >= 1e-4 else "under 0.01 %"
