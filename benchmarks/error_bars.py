@@ -1,6 +1,6 @@
 """Whether error bars hold, and how sharp they are, over random rooms, lamps, objects and points.
 
-    .venv/bin/python benchmarks/coverage.py [rooms] [accuracy]
+    .venv/bin/python benchmarks/error_bars.py [rooms] [accuracy]
 
 Every other room is furnished. Each of four readings is held against the same room with a fifth of the
 patch area or less, sixteen times the rays where rays are cast, and other random numbers. Prints a
