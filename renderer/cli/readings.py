@@ -170,7 +170,7 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
 
     with progress_shown(output.quiet) as progress:
         solution, found, figures = solve_until(loaded, read, solving.bands, solving.accuracy, solving.seed,
-                                               progress=progress)
+                                               solving.rooms(), progress)
         asked = solving.accuracy or loaded.solver.accuracy
     record = {**of_run(solution, asked, time.perf_counter() - started),
               "observers": [glare_record(glare) for glare in found]}
