@@ -132,7 +132,7 @@ def grid(plan: Plan, own: float | None) -> list[Plan]:
 
 
 def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setting]:
-    """What a mesh and its rays make of each band set: median times, and the worst of several draws of rays."""
+    """What a mesh and its rays make of each band set: median times, and the worst of the draws of rays."""
     rooms, geometry = Rooms(), []
     seconds: dict[str, list[float]] = {name: [] for name in BAND_SETS}
     errors: dict[str, list[tuple]] = {name: [] for name in BAND_SETS}
