@@ -111,7 +111,7 @@ def test_a_room_that_cannot_be_solved_is_a_row_that_says_so(tmp_path):
     good, bad = rows(files)
     assert not good["fault"]
     assert float(good["total_lx"]) > 0
-    assert "into the room" in bad["fault"]
+    assert "none of its light enters the room" in bad["fault"]
     assert bad["total_lx"] == ""
 
 

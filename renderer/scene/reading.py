@@ -170,8 +170,10 @@ def revised(scene: Scene, before: dict, table: dict) -> Scene:
         return _resolve(checked, path)
     materials = {name: _material(name, m, checked.solver.upsampling, path)
                  for name, m in checked.materials.items()}
-    luminaires, lamps, faults = resolve_luminaires(checked.luminaires, scene.room, path)
-    return replace(scene, title=checked.title, luminaires=luminaires, lamps=lamps, faults=faults,
+    lit = scene.luminaires, scene.lamps, scene.faults
+    if before.get("luminaires") != table.get("luminaires"):
+        lit = resolve_luminaires(checked.luminaires, scene.room, path)
+    return replace(scene, title=checked.title, luminaires=lit[0], lamps=lit[1], faults=lit[2],
                    materials=[materials.get(m.name, m) for m in scene.materials], solver=checked.solver)
 
 

@@ -124,7 +124,9 @@ def _try_every_value(study: Study) -> None:
         for key, values in study.vary.items():
             for value in values:
                 try:
-                    scene_of(base, {**first, key: value})
+                    if value == first[key]:
+                        tried = Base(scene_of(base, first), table_of(base, first), base.files)
+                    scene_of(tried, {key: value})
                 except InputError as error:
                     raise InputError(f"{study.path}: vary.{key!r} = {value!r}: {error}") from None
 

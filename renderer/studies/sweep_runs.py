@@ -155,7 +155,7 @@ def _on_cluster(batches: list[Batch], scheduler: str) -> Iterator[list]:
         raise InputError("--scheduler needs Dask distributed, which is not installed. Give "
                          "pip install 'renderer[cluster]', or leave --scheduler out.") from None
     try:
-        client = Client(scheduler, timeout="10s", set_as_default=False)
+        client = Client(scheduler, timeout="5s")
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"--scheduler is {scheduler!r}, where no scheduler answers ({error}). Give its "
                          "address, as tcp://10.0.0.1:8786.") from None
