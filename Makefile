@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow docs three clean
+.PHONY: compare test lint slow docs tradeoff three clean
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -20,6 +20,13 @@ lint: $(VENV)/tested
 docs: $(VENV)/installed
 	$(BIN)/renderer validate --quiet > /dev/null
 	$(BIN)/renderer validate --extremes --quiet > /dev/null
+	$(BIN)/python docs/insert.py
+
+# Speed against accuracy in three rooms, into docs/tradeoff.md; on a quiet machine.
+tradeoff: $(VENV)/installed
+	for room in grey_room red_room furnished_room; do \
+		$(BIN)/renderer tradeoff $$room --quiet --out outputs/tradeoff/$$room > /dev/null && \
+		cp outputs/tradeoff/$$room/tradeoff.png docs/pictures/tradeoff_$$room.png || exit 1; done
 	$(BIN)/python docs/insert.py
 
 # What of three.js the report's page uses, as one file; needs npm. Only for a new version of three.js.

@@ -6,7 +6,7 @@ import warnings
 
 from cyclopts import App, CycloptsError
 
-from renderer.cli import luminaires, planning, readings, rooms, studies
+from renderer.cli import luminaires, planning, readings, rooms, studies, sweeping
 from renderer.cli.terminal import interrupt, leave, say
 from renderer.errors import CacheWarning, InputError, SolveError
 
@@ -16,7 +16,7 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           suppress_keyboard_interrupt=False)
 for command in (rooms.compare, rooms.report, rooms.render, rooms.pseudocolour, readings.photometer,
                 readings.luminance, readings.ugr, studies.validate, studies.spectrum, studies.gamut,
-                studies.tradeoff, luminaires.luminaire, planning.plan):
+                studies.tradeoff, sweeping.sweep, luminaires.luminaire, planning.plan):
     app.command(command)
 app.command(planning.cache)
 

@@ -15,6 +15,8 @@ def save_front(title: str, settings: list, front: list, marked: list, floor: flo
 
     front : from the fastest on; marked : ringed; floor : error that the reference itself may have
     """
+    from matplotlib.ticker import LogLocator
+
     figure = new_figure(9.0, 5.4, f"{title}: what accuracy costs", dpi=100)
     axes = figure.subplots()
     errors = {id(s): 100 * max(s.error, LOWEST) for s in settings}
@@ -41,7 +43,9 @@ def save_front(title: str, settings: list, front: list, marked: list, floor: flo
              ylabel="error in %: the worst photometer, or the surfaces' means",
              ylim=(min(lowest / 2, 50 * floor), max(2 * highest, 8)))
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.xaxis.set_minor_formatter(lambda value, _: "")
     axes.grid(which="major", color="#ececec", zorder=0)
     figure.legend(loc="outside right upper", fontsize=8.5, frameon=False)
     return saved(figure, path)

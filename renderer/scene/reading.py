@@ -3,7 +3,7 @@
 import difflib
 import hashlib
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -150,6 +150,31 @@ def load(path: str | Path) -> Scene:
     if not path.is_file() and path.parent == Path(".") and packaged.is_file():
         path = packaged
     return _resolve(_validated(_parsed(path), path), path)
+
+
+def load_table(path: str | Path) -> tuple[Scene, dict]:
+    """The same, and the file's own table, for `revised`. Raises InputError."""
+    scene = load(path)
+    return scene, _parsed(scene.path)
+
+
+def revised(scene: Scene, before: dict, table: dict) -> Scene:
+    """The scene of a file whose table now reads otherwise; what is costly is kept where it is as it was.
+
+    before, table : the file's table then and now. Raises InputError as `load` does.
+    """
+    checked, path = _validated(table, scene.path), scene.path
+    same = all(before.get(key) == table.get(key) for key in before.keys() | table.keys()
+               if key not in ("materials", "luminaires", "solver", "title"))
+    if not same or before["materials"].keys() != checked.materials.keys():
+        return _resolve(checked, path)
+    materials = {name: _material(name, m, checked.solver.upsampling, path)
+                 for name, m in checked.materials.items()}
+    lit = scene.luminaires, scene.lamps, scene.faults
+    if before.get("luminaires") != table.get("luminaires"):
+        lit = resolve_luminaires(checked.luminaires, scene.room, path)
+    return replace(scene, title=checked.title, luminaires=lit[0], lamps=lit[1], faults=lit[2],
+                   materials=[materials.get(m.name, m) for m in scene.materials], solver=checked.solver)
 
 
 def _parsed(path: Path) -> dict:

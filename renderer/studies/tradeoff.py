@@ -28,6 +28,9 @@ RUNS, ENOUGH = 3, 0.5
 """Runs of which the median is taken, each with rays of its own; where form factors take longer than this many
 seconds, two."""
 
+ALIKE = 1.1
+"""Times that differ by less are alike."""
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -83,8 +86,12 @@ class Tradeoff:
         return kept
 
     def recommended(self, target: float) -> Setting | None:
-        """The fastest setting with every photometer within that error; None if there is none."""
-        return next((setting for setting in self.front if setting.error <= target), None)
+        """The best of those as fast as the fastest within that error, by the method that the program takes
+        here; None if there is none."""
+        own = "contour" if any(s.method == "contour" for s in self.settings) else "rays"
+        within = [s for s in self.settings if s.error <= target and s.method == own]
+        alike = ALIKE * min((s.seconds for s in within), default=0.0)
+        return min((s for s in within if s.seconds <= alike), key=lambda s: s.error, default=None)
 
 
 def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
@@ -132,7 +139,7 @@ def grid(plan: Plan, own: float | None) -> list[Plan]:
 
 
 def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setting]:
-    """What a mesh and its rays make of each band set: median times, and the worst of several draws of rays."""
+    """What a mesh and its rays make of each band set: median times, and the worst of the draws of rays."""
     rooms, geometry = Rooms(), []
     seconds: dict[str, list[float]] = {name: [] for name in BAND_SETS}
     errors: dict[str, list[tuple]] = {name: [] for name in BAND_SETS}

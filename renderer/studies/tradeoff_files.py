@@ -32,12 +32,12 @@ def save(found: Tradeoff, out: Path) -> list[Path]:
 
 
 def recommendations(found: Tradeoff) -> Table:
-    """The fastest setting for each of TARGETS."""
+    """What to take for each of TARGETS."""
     rows = []
     for target in TARGETS:
         best = found.recommended(target)
         rows.append([f"{target:.1%}", *(["none of these"] + ["–"] * 5 if best is None else _cells(best))])
-    return Table(f"{found.scene.title}: the fastest setting",
+    return Table(f"{found.scene.title}: what to take",
                  ["error", "bands", "factors", "patch m", "patches", "time s", "its error"], rows)
 
 
@@ -65,13 +65,13 @@ def words(found: Tradeoff) -> str:
             f"However fine the mesh, RGB stays {_percent(exact['rgb'])} off here, prefiltered "
             f"{_percent(exact['rgb-prefiltered'])}, six nodes {_percent(exact['6'])}, 9 bands "
             f"{_percent(exact['9'])}, 16 {_percent(exact['16'])}, 31 {_percent(exact['31'])}."]
-    for target in TARGETS:
-        best = found.recommended(target)
+    for best in dict.fromkeys(map(found.recommended, TARGETS)):
+        targets = " and ".join(f"{100 * t:g} %" for t in TARGETS if found.recommended(t) is best)
         if best is None:
-            said.append(f"None of these settings is within {target:.1%}.")
+            said.append(f"None of these settings is within {targets}.")
             continue
-        factors = f"{best.rays} rays a patch" if best.rays else "exact factors"
-        said.append(f"For {target:.1%} take bands = \"{best.bands}\" and patch_size = {best.patch_size:.2f} "
+        factors = f"{best.rays} rays a patch, which follow from --accuracy" if best.rays else "exact factors"
+        said.append(f"For {targets} take bands = \"{best.bands}\" and patch_size = {best.patch_size:.2f} "
                     f"({factors}): {best.seconds:.2g} s, {_percent(best.error)} off.")
     return " ".join(said)
 

@@ -1,0 +1,40 @@
+"""The command that solves many rooms: sweep."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from renderer.cli.options import Output, Solving
+from renderer.cli.terminal import list_files, progress_shown
+
+
+def sweep(study: str, *, scheduler: str | None = None, check: Annotated[bool, Parameter(negative="")] = False,
+          solving: Solving | None = None, output: Output | None = None) -> None:
+    """Many rooms in one table: any keys of scene files, every combination of their values.
+
+    Interrupted, it goes on where it was when it is given again; rooms already done are not done twice.
+
+    Parameters
+    ----------
+    study
+        A study file: `scenes = ["grey_room"]`, and in `[vary]` keys of them with lists of values.
+    scheduler
+        The address of a Dask scheduler (install renderer[cluster]); else the cores here.
+    check
+        Only check the file, and say how many rooms it makes.
+    """
+    from renderer.files import output_folder
+    from renderer.studies.sweep import read_study
+    from renderer.studies.sweep_runs import sweep as run
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    read = read_study(Path(study), solving.accuracy, solving.bands, solving.seed)
+    if check:
+        print(f"{read.path}: {len(read)} rooms, no fault found")
+        return
+    out = output_folder(output.out)
+    with progress_shown(output.quiet) as progress:
+        files, now, total = run(read, out, not solving.no_cache, scheduler, progress)
+    print(f"{read.path}: {total} rooms, {now} of them solved now")
+    list_files(files, out)

@@ -1,0 +1,193 @@
+"""Studies of many rooms: any keys of scene files, any values, every combination."""
+
+import copy
+import difflib
+import hashlib
+import itertools
+import json
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from renderer.colour.tables import munsell_chips
+from renderer.errors import InputError
+from renderer.scene.reading import Scene, load_table, revised
+
+KEYS = ("scenes", "title", "vary")
+MOST = 1_000_000
+"""Rooms of one study."""
+INSTEAD = (("reflectance", "spectrum", "rgb", "srgb", "munsell"), ("spectrum", "cct"),
+           ("flux", "luminance", "intensity"))
+"""Keys of a scene file of which one takes another's place."""
+EVERY_CHIP = "*"
+
+
+@dataclass(frozen=True)
+class Base:
+    """A room as its file has it: the scene, its table, and what its readings depend on beside that."""
+
+    scene: Scene
+    table: dict
+    files: str
+
+
+@dataclass(frozen=True)
+class Study:
+    """What to vary in which rooms. vary : the values of each key, as "materials.paint.munsell"."""
+
+    path: Path
+    bases: list[Base]
+    vary: dict[str, list]
+
+    def __len__(self) -> int:
+        count = len(self.bases)
+        for values in self.vary.values():
+            count *= len(values)
+        return count
+
+    def cases(self) -> Iterator["Case"]:
+        """Every combination, the room first, the last key fastest."""
+        for number in range(len(self.bases)):
+            for values in itertools.product(*self.vary.values()):
+                yield Case(number, dict(zip(self.vary, values, strict=True)))
+
+
+@dataclass(frozen=True)
+class Case:
+    """One room of a study: which base, and the value of each key."""
+
+    base: int
+    values: dict[str, object]
+
+
+def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int | None) -> Study:
+    """Read and check a whole study file: every key, every value, every room. Raises InputError.
+
+    accuracy, bands, seed : replace what the scene files say.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give a .toml study file.") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"{path}: is not valid TOML: {' '.join(str(error).split())}.") from None
+    for key in table.keys() - set(KEYS):
+        raise InputError(f"{path}: {key} is not a known key; {_near(key, KEYS)}Known: {', '.join(KEYS)}.")
+    scenes, vary = table.get("scenes"), table.get("vary")
+    if not isinstance(scenes, list) or not scenes or not all(isinstance(s, str) for s in scenes):
+        raise InputError(f'{path}: scenes is {scenes!r}; must be a list of scene files or packaged rooms, as '
+                         'scenes = ["grey_room"].')
+    if not isinstance(vary, dict) or not vary:
+        raise InputError(f'{path}: vary is {vary!r}; must be a table of scene keys and their values, as '
+                         '"luminaires.0.spectrum" = ["D65", "A"].')
+    given = {"accuracy": accuracy, "bands": bands, "seed": seed}
+    solver = {key: value for key, value in given.items() if value is not None}
+    for key in (f"solver.{name}" for name in solver):
+        if key in vary:
+            raise InputError(f"{path}: vary.{key!r} is varied, and --{key[7:]} is given. Remove one of them.")
+    study = Study(path, [_base(path, name, solver) for name in scenes],
+                  {key: _values(path, key, values) for key, values in vary.items()})
+    if len(study) > MOST:
+        raise InputError(f"{path}: vary makes {len(study)} rooms; at most {MOST} are allowed. "
+                         "Divide the study.")
+    _try_every_value(study)
+    return study
+
+
+def _base(path: Path, name: str, solver: dict) -> Base:
+    beside = path.parent / name
+    scene, table = load_table(beside if beside.is_file() else name)
+    if not scene.photometers:
+        raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table, for a study's "
+                         "rows are readings.")
+    new = {**table, "solver": {**table.get("solver", {}), **solver}}
+    return Base(revised(scene, table, new), new, _contents(scene.path, new))
+
+
+def _values(path: Path, key: str, values) -> list:
+    if values == EVERY_CHIP and key.startswith("materials.") and key.endswith(".munsell"):
+        return list(munsell_chips()[0])
+    if not isinstance(values, list) or not values:
+        raise InputError(f'{path}: vary.{key!r} is {values!r}; must be a list of values, or "*" for every '
+                         "measured chip where the key is a material's munsell.")
+    said = [json.dumps(value, default=str) for value in values]
+    if len(set(said)) < len(said):
+        twice = next(value for k, value in enumerate(said) if value in said[:k])
+        raise InputError(f"{path}: vary.{key!r} has {twice} twice. Remove one.")
+    return values
+
+
+def _try_every_value(study: Study) -> None:
+    first = {key: values[0] for key, values in study.vary.items()}
+    for base in study.bases:
+        for key, values in study.vary.items():
+            for value in values:
+                try:
+                    if value == first[key]:
+                        tried = Base(scene_of(base, first), table_of(base, first), base.files)
+                    scene_of(tried, {key: value})
+                except InputError as error:
+                    raise InputError(f"{study.path}: vary.{key!r} = {value!r}: {error}") from None
+
+
+def scene_of(base: Base, values: dict[str, object]) -> Scene:
+    """A base's room with other values. Raises InputError."""
+    return revised(base.scene, base.table, table_of(base, values))
+
+
+def table_of(base: Base, values: dict[str, object]) -> dict:
+    """A base's table with other values; one takes the place of what says the same in another way."""
+    table = copy.deepcopy(base.table)
+    for key, value in values.items():
+        *parents, last = key.split(".")
+        place, walked = table, []
+        for part in parents:
+            known = range(len(place)) if isinstance(place, list) else place
+            index = int(part) if isinstance(place, list) and part.isdecimal() else part
+            if not isinstance(known, (range, dict)) or index not in known:
+                where = ".".join(walked) or "the file"
+                near = _near(part, list(map(str, known))) if isinstance(known, (range, dict)) else ""
+                raise InputError(f"{base.scene.path}: {part!r} is not in {where}; {near}"
+                                 f"there {_listed(known)}.")
+            place, walked = place[index], [*walked, part]
+        if isinstance(place, list) and last.isdecimal() and int(last) < len(place):
+            place[int(last)] = value
+        elif isinstance(place, dict):
+            for group in INSTEAD:
+                if last in group:
+                    for other in group:
+                        place.pop(other, None)
+            place[last] = value
+        else:
+            raise InputError(f"{base.scene.path}: {key} is not a key that can be set.")
+    return table
+
+
+def _listed(known) -> str:
+    names = list(map(str, known))
+    return f"are {', '.join(names[:8])}{', …' if len(names) > 8 else ''}" if names else "is nothing"
+
+
+def _near(word: str, known) -> str:
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f"did you mean {near[0]!r}? " if near else ""
+
+
+def identity(base: Base, case: Case) -> str:
+    """What a case's readings follow from, as a digest: the table with its values, and the files it names."""
+    said = json.dumps([str(base.scene.path), base.table, base.files, case.values], default=str)
+    return hashlib.blake2b(said.encode(), digest_size=16).hexdigest()
+
+
+def _contents(path: Path, table) -> str:
+    """A digest of the files that a scene's table names."""
+    digest = hashlib.blake2b(digest_size=16)
+    todo = [table]
+    while todo:
+        item = todo.pop()
+        if isinstance(item, (dict, list)):
+            todo += item.values() if isinstance(item, dict) else item
+        elif isinstance(item, str) and len(item) < 1000 and (path.parent / item).is_file():
+            digest.update((path.parent / item).read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,183 @@
+"""The work of a sweep: batches of rooms on the cores here or on Dask, and a journal of what is done."""
+
+import csv
+import json
+import os
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from multiprocessing import active_children, get_context
+from pathlib import Path
+from signal import SIG_IGN, SIGINT, signal
+
+from renderer.accuracy import solve_and_read
+from renderer.cache import user_cache
+from renderer.colour.tables import cie_1931
+from renderer.errors import InputError, SolveError
+from renderer.files import whole_file
+from renderer.readings.alpha_opic import equivalent_daylight
+from renderer.solution import Progress, Rooms
+from renderer.studies.sweep import Base, Case, Study, identity, scene_of
+
+BATCH, PIECES = 16, 4
+"""Most rooms in one piece of work, done again when a worker dies; fewest pieces a worker."""
+TRIES = 3
+"""Times in a row that workers may die without a batch done."""
+READ = ("photometer", "direct_lx", "indirect_lx", "total_lx", "uncertainty_lx", "bands_lx", "x", "y",
+        "melanopic_edi_lx", "fault")
+
+Rows = list[dict]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Rooms of one base, which share their form factors where geometry is not varied."""
+
+    base: Base
+    cases: list[Case]
+    cached: bool
+
+    def run(self) -> list[tuple[str, Rows]]:
+        """Each case's identity, and its rows."""
+        return [(identity(self.base, case), rows_of(self.base, case, rooms_for(self))) for case in self.cases]
+
+
+_kept: dict[str, Rooms] = {}
+
+
+def rooms_for(batch: Batch) -> Rooms:
+    """This worker's form factors for that base: the last one's are kept from batch to batch."""
+    key = f"{batch.base.scene.geometry_key} {batch.cached}"
+    if key not in _kept:
+        _kept.clear()
+        _kept[key] = Rooms(user_cache() if batch.cached else None)
+    return _kept[key]
+
+
+def rows_of(base: Base, case: Case, rooms: Rooms) -> Rows:
+    """Readings of one room, a row each; one row with the reason where it cannot be solved."""
+    try:
+        scene = scene_of(base, case.values)
+        if scene.geometry_key != base.scene.geometry_key:
+            rooms = Rooms(rooms.cache)
+        _, readings = solve_and_read(scene, rooms=rooms)
+    except (InputError, SolveError) as error:
+        return [{**dict.fromkeys(READ), "fault": str(error)}]
+    rows = []
+    for reading in readings:
+        x = y = opic = None
+        if reading.power is not None and reading.total_lx > 0:
+            xyz = reading.power @ cie_1931()[1]
+            x, y = (float(part) for part in xyz[:2] / xyz.sum())
+            opic = float(equivalent_daylight(reading.power)[-1])
+        rows.append(dict(zip(READ, (reading.name, reading.direct_lx, reading.indirect_lx, reading.total_lx,
+                                    reading.uncertainty, reading.band_error, x, y, opic, None), strict=True)))
+    return rows
+
+
+class Journal:
+    """What is done so far, one line a room; a line cut short by an interruption is not done."""
+
+    def __init__(self, path: Path):
+        self.path, self.done = path, {}
+        if path.is_file():
+            for line in path.read_text(encoding="utf-8").splitlines():
+                try:
+                    name, rows = json.loads(line)
+                except ValueError:
+                    continue
+                self.done[name] = rows
+
+    def add(self, results: list[tuple[str, Rows]]) -> None:
+        """Write rooms down, so that they stay whatever happens next."""
+        new = [(name, rows) for name, rows in results if name not in self.done]
+        torn = self.path.is_file() and self.path.stat().st_size and self.path.read_bytes()[-1:] != b"\n"
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write("\n" * bool(torn) + "".join(json.dumps(each, allow_nan=False) + "\n" for each in new))
+            file.flush()
+            os.fsync(file.fileno())
+        self.done.update(new)
+
+
+def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
+          progress: Progress) -> tuple[list[Path], int, int]:
+    """Do what is not done yet, and write the table. Returns the files, rooms done now, and rooms in all.
+
+    scheduler : address of a Dask scheduler; None for the cores here. Raises InputError or SolveError.
+    """
+    journal = Journal(out / f".{study.path.stem}.journal")
+    todo = [case for case in study.cases() if identity(study.bases[case.base], case) not in journal.done]
+    size = max(1, min(BATCH, len(todo) // (PIECES * (os.cpu_count() or 1))))
+    batches = [Batch(base, cases[k : k + size], cached) for number, base in enumerate(study.bases)
+               if (cases := [case for case in todo if case.base == number])
+               for k in range(0, len(cases), size)]
+    total, finished = len(study), len(study) - len(todo)
+    progress(f"{study.path.name}: {finished} of {total} rooms are done already")
+    for results in _on_cluster(batches, scheduler) if scheduler and batches else _on_cores(batches):
+        journal.add(results)
+        finished += len(results)
+        progress(f"{study.path.name}: {finished} of {total} rooms")
+    return [_table(study, journal, out / f"{study.path.stem}.csv")], len(todo), total
+
+
+def _on_cores(batches: list[Batch]) -> Iterator[list]:
+    """Results of batches as they come; where a worker dies, what it had is given to another."""
+    left, deaths = dict(enumerate(batches)), 0
+    workers = max(1, min(os.cpu_count() or 1, len(batches)))
+    while left:
+        # The terminal's Ctrl-C is for this process, which then ends its workers.
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), signal, (SIGINT, SIG_IGN))
+        try:
+            running = {pool.submit(batch.run): number for number, batch in left.items()}
+            for future in as_completed(running):
+                results = future.result()
+                del left[running[future]]
+                deaths = 0
+                yield results
+        except BrokenProcessPool:
+            deaths += 1
+            if deaths == TRIES:
+                raise SolveError(f"a worker died {TRIES} times without finishing a batch, perhaps for want "
+                                 "of memory. Give a looser --accuracy; what is done is kept.") from None
+        finally:
+            for worker in active_children() if left else ():
+                worker.terminate()
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _on_cluster(batches: list[Batch], scheduler: str) -> Iterator[list]:
+    """The same on Dask workers, which have this program installed and see the same files."""
+    try:
+        from distributed import Client
+        from distributed import as_completed as completed
+    except ImportError:
+        raise InputError("--scheduler needs Dask distributed, which is not installed. Give "
+                         "pip install 'renderer[cluster]', or leave --scheduler out.") from None
+    try:
+        client = Client(scheduler, timeout="5s")
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"--scheduler is {scheduler!r}, where no scheduler answers ({error}). Give its "
+                         "address, as tcp://10.0.0.1:8786.") from None
+    with client:
+        futures = [client.submit(_run, batch, pure=False, retries=TRIES) for batch in batches]
+        for future in completed(futures):
+            yield future.result()
+            future.release()
+
+
+def _run(batch: Batch) -> list:
+    return batch.run()
+
+
+def _table(study: Study, journal: Journal, path: Path) -> Path:
+    """Write every row, in the study's order: the room, the value of each key, the reading."""
+    with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["scene", *study.vary, *READ])
+        for case in study.cases():
+            base = study.bases[case.base]
+            values = [v if isinstance(v, (str, int, float)) else json.dumps(v) for v in case.values.values()]
+            for row in journal.done[identity(base, case)]:
+                writer.writerow([base.scene.path.stem, *values, *(row[key] for key in READ)])
+    return path

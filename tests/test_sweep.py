@@ -1,0 +1,164 @@
+"""Studies of many rooms: every combination once, whatever dies on the way."""
+
+import csv
+import os
+import shutil
+import signal
+from multiprocessing import active_children
+
+import pytest
+
+import renderer
+from renderer.errors import InputError
+from renderer.studies.sweep import read_study
+from renderer.studies.sweep_runs import Journal, sweep
+
+STUDY = """
+scenes = [{scenes}]
+[vary]
+"materials.grey.reflectance" = {values}
+"luminaires.0.flux" = [1000.0, 2000.0]
+"""
+VALUES = [0.05 * k for k in range(1, 9)]
+
+
+def study(folder, values=VALUES, scenes='"grey_room"', accuracy=0.2, text=None):
+    path = folder / "paints.toml"
+    path.write_text(text or STUDY.format(values=values, scenes=scenes))
+    return read_study(path, accuracy, "rgb", None)
+
+
+def rows(files):
+    with files[0].open() as file:
+        return list(csv.DictReader(file))
+
+
+def settings(table):
+    return [(float(r["materials.grey.reflectance"]), float(r["luminaires.0.flux"])) for r in table]
+
+
+EVERY = [(rho, flux) for rho in VALUES for flux in (1000.0, 2000.0)]
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """A folder with a sweep done, and what it returned."""
+    folder = tmp_path_factory.mktemp("swept")
+    return folder, sweep(study(folder), folder, False, None, lambda step: None)
+
+
+@pytest.fixture
+def finished(swept, tmp_path):
+    """A copy of that folder."""
+    return shutil.copytree(swept[0], tmp_path / "copy")
+
+
+def test_every_room_is_there_once_in_order_and_reads_as_it_does_alone(swept):
+    files, now, total = swept[1]
+    table = rows(files)
+    assert (now, total) == (16, 16)
+    assert settings(table) == EVERY
+    alone = renderer.solve(renderer.load("grey_room"), "rgb", 0.2).photometer([2.7, 2.7, 0], [0, 0, 1])
+    # grey_room itself is 0.2 and 4,000 lm; light is in proportion to the lumens.
+    of_two = float(table[7]["total_lx"])
+    assert settings(table)[7] == (0.2, 2000.0)
+    assert of_two == pytest.approx(alone.total_lx / 2, rel=1e-6)
+    lux = [float(r["total_lx"]) for r in table[::2]]
+    assert lux == sorted(lux)
+
+
+def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path):
+    killed, steps = [], []
+
+    def kill_one(step):
+        steps.append(step)
+        if len(steps) == 2 and not killed:  # one batch is done; all workers are at work
+            killed.append(active_children()[0].pid)
+            os.kill(killed[0], signal.SIGKILL)
+
+    files, now, _ = sweep(study(tmp_path), tmp_path, False, None, kill_one)
+    assert killed
+    assert now == 16
+    assert settings(rows(files)) == EVERY
+    lines = (tmp_path / ".paints.journal").read_text().splitlines()
+    assert len(lines) == len(set(lines)) == 16
+
+
+def test_an_interrupted_sweep_goes_on_where_it_was(finished):
+    table = finished / "paints.csv"
+    first = table.read_bytes()
+    journal = finished / ".paints.journal"
+    lines = journal.read_text().splitlines(keepends=True)
+    journal.write_text("".join(lines[:11]) + lines[11][:40])  # died in the middle of a line
+    table.unlink()
+    files, now, total = sweep(study(finished), finished, False, None, lambda step: None)
+    assert (now, total) == (5, 16)
+    assert files[0].read_bytes() == first
+    assert len(Journal(journal).done) == 16
+
+
+def test_a_changed_room_is_done_again_and_the_others_are_not(finished):
+    more = study(finished, [*VALUES, 0.6])
+    assert sweep(more, finished, False, None, lambda step: None)[1:] == (2, 18)
+    other = study(finished, [0.1], accuracy=0.3)
+    assert len(Journal(finished / ".paints.journal").done) == 18
+    assert sweep(other, finished, False, None, lambda step: None)[1:] == (2, 2)
+
+
+def test_a_room_that_cannot_be_solved_is_a_row_that_says_so(tmp_path):
+    text = 'scenes = ["grey_room"]\n[vary]\n"luminaires.0.normal" = [[0, 0, -1], [0, 0, 1]]'
+    files, *_ = sweep(study(tmp_path, text=text), tmp_path, False, None, lambda step: None)
+    good, bad = rows(files)
+    assert not good["fault"]
+    assert float(good["total_lx"]) > 0
+    assert "none of its light enters the room" in bad["fault"]
+    assert bad["total_lx"] == ""
+
+
+@pytest.mark.parametrize(("text", "says"), [
+    ('scene = ["grey_room"]\n[vary]\n"materials.grey.reflectance" = [0.1]', "scene is not a known key; did"),
+    ('scenes = []\n[vary]\na = [1]', "scenes is"),
+    ('scenes = ["grey_room"]', "vary is None"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.gray.reflectance" = [0.1]', "did you mean 'grey'"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.grey.reflectence" = [0.1]', "did you mean 'reflectance'"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.grey.reflectance" = [0.1, 20]', "Divide percentages by 100"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.grey.munsell" = ["5R 4/99"]', "measured chips"),
+    ('scenes = ["grey_room"]\n[vary]\n"luminaires.3.flux" = [100.0]', "'3' is not in luminaires"),
+    ('scenes = ["grey_room"]\n[vary]\n"luminaires.0.spectrum" = ["A", "A"]', "twice"),
+    ('scenes = ["grey_room"]\n[vary]\n"luminaires.0.spectrum" = "A"', "must be a list"),
+    ('scenes = ["grey_room"]\n[vary]\n"solver.bands" = ["rgb", "31"]', "--bands is given"),
+    ('scenes = ["nowhere"]\n[vary]\n"luminaires.0.flux" = [100.0]', "does not exist"),
+])
+def test_faults_are_found_before_any_work(tmp_path, text, says):
+    with pytest.raises(InputError) as error:
+        study(tmp_path, text=text)
+    assert says in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_every_measured_chip_is_a_star(tmp_path):
+    text = 'scenes = ["grey_room"]\n[vary]\n"materials.grey.munsell" = "*"\n"luminaires.0.cct" = [3000, 6500]'
+    assert len(study(tmp_path, text=text)) == 2 * 1269
+
+
+def test_a_scheduler_without_dask_or_without_an_answer_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"renderer\[cluster\]|no scheduler answers"):
+        sweep(study(tmp_path), tmp_path, False, "tcp://127.0.0.1:9", lambda step: None)
+
+
+def test_a_dask_cluster_gives_the_same_table_though_a_worker_dies(tmp_path):
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
+    here = sweep(study(tmp_path), tmp_path, False, None, lambda step: None)[0][0].read_bytes()
+    (tmp_path / ".paints.journal").unlink()
+    killed = []
+
+    def kill_one(step):
+        if " 1 of" in step or " 2 of" in step:
+            pids = [worker.pid for worker in cluster.workers.values()]
+            os.kill(killed.append(pids[0]) or pids[0], signal.SIGKILL)
+
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        files, now, _ = sweep(study(tmp_path), tmp_path, False, cluster.scheduler_address, kill_one)
+    assert now == 16
+    assert killed
+    assert files[0].read_bytes() == here
