@@ -8,7 +8,7 @@ import numpy as np
 
 from renderer.colour.bands import BAND_SETS, narrow_bands
 from renderer.errors import InputError
-from renderer.plan import Plan, make_plan
+from renderer.plan import FEWEST_RAYS, Plan, make_plan
 from renderer.readings.photometer import make_meter
 from renderer.scene.reading import Scene
 from renderer.solution import Progress, Rooms, solve_on
@@ -87,9 +87,10 @@ class Tradeoff:
 
     def recommended(self, target: float) -> Setting | None:
         """The best of those as fast as the fastest within that error, by the method that the program takes
-        here; None if there is none."""
+        here and with no fewer rays than it casts; None if there is none."""
         own = "contour" if any(s.method == "contour" for s in self.settings) else "rays"
-        within = [s for s in self.settings if s.error <= target and s.method == own]
+        within = [s for s in self.settings if s.error <= target and s.method == own
+                  and (own == "contour" or s.rays >= FEWEST_RAYS)]
         alike = ALIKE * min((s.seconds for s in within), default=0.0)
         return min((s for s in within if s.seconds <= alike), key=lambda s: s.error, default=None)
 

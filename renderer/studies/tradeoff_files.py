@@ -62,7 +62,7 @@ def words(found: Tradeoff) -> str:
             f"readings are known to {_percent(found.floor)}.",
             f"Half of the settings spend more than {share:.0%} of their time on form factors and meters, "
             f"which every band set shares: 31 bands take {dearer:.2f} times as long as RGB.",
-            f"However fine the mesh, RGB stays {_percent(exact['rgb'])} off here, prefiltered "
+            f"At best RGB is {_percent(exact['rgb'])} off here, prefiltered "
             f"{_percent(exact['rgb-prefiltered'])}, six nodes {_percent(exact['6'])}, 9 bands "
             f"{_percent(exact['9'])}, 16 {_percent(exact['16'])}, 31 {_percent(exact['31'])}."]
     for best in dict.fromkeys(map(found.recommended, TARGETS)):
