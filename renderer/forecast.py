@@ -14,7 +14,7 @@ from renderer.transport.contour import point_factors
 from renderer.transport.exchange import better_dense
 from renderer.transport.form_factors import independent_parts
 from renderer.transport.mesh import build_mesh
-from renderer.transport.mounting import stand_off
+from renderer.transport.mounting import seated, stand_off
 from renderer.transport.patches import Mesh
 from renderer.transport.visibility import Visibility
 
@@ -58,7 +58,7 @@ class Forecast:
 def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     """Plan a run and estimate it, within a factor of two. Raises InputError where it cannot be done."""
     plan = make_plan(scene, accuracy, scene.solver.patch_size)
-    luminaires = [stand_off(scene, luminaire) for luminaire in scene.luminaires]
+    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     meshes = [build_mesh(scene, luminaires, each.patch_size) for each in (plan, plan.times(2))]
     meters = len(scene.photometers) + sum(len(grid.points) for grid in scene.grids)
     band_set = scene.band_set(bands)

@@ -27,7 +27,7 @@ from renderer.transport.form_factors import (
     shares,
 )
 from renderer.transport.mesh import build_mesh
-from renderer.transport.mounting import stand_off
+from renderer.transport.mounting import seated, stand_off
 from renderer.transport.patches import Mesh
 from renderer.transport.sampling import REPLICAS
 from renderer.transport.visibility import Visibility
@@ -182,7 +182,7 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
     remember : as in `Transport`.
     """
     started = time.perf_counter()
-    luminaires = [stand_off(scene, luminaire) for luminaire in scene.luminaires]
+    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     mesh = build_mesh(scene, luminaires, patch_size)
     transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed,
                           Visibility(mesh) if rays else None, remember)
