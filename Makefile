@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow docs three clean
+.PHONY: compare test lint slow docs gallery three clean
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -20,6 +20,10 @@ lint: $(VENV)/tested
 docs: $(VENV)/installed
 	$(BIN)/renderer validate --quiet > /dev/null
 	$(BIN)/renderer validate --extremes --quiet > /dev/null
+	$(BIN)/python docs/insert.py
+
+gallery: $(VENV)/installed
+	$(BIN)/python docs/gallery.py
 	$(BIN)/python docs/insert.py
 
 # What of three.js the report's page uses, as one file; needs npm. Only for a new version of three.js.
