@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow docs tradeoff three clean
+.PHONY: compare test lint slow docs gallery tradeoff three clean
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -27,6 +27,10 @@ tradeoff: $(VENV)/installed
 	for room in grey_room red_room furnished_room; do \
 		$(BIN)/renderer tradeoff $$room --quiet --out outputs/tradeoff/$$room > /dev/null && \
 		cp outputs/tradeoff/$$room/tradeoff.png docs/pictures/tradeoff_$$room.png || exit 1; done
+	$(BIN)/python docs/insert.py
+
+gallery: $(VENV)/installed
+	$(BIN)/python docs/gallery.py
 	$(BIN)/python docs/insert.py
 
 # What of three.js the report's page uses, as one file; needs npm. Only for a new version of three.js.

@@ -135,7 +135,7 @@ def test_render_and_pseudocolour_write_whole_files(run, folder):
     (["photometer", "room.toml", "--at", "1,2,nan"], ["--at", "x,y,z"]),
     (["photometer", "room.toml", "--at", "9,9,9"], ["outside the room"]),
     (["photometer", "room.toml", "--at", "1,1,1", "--normal", "0,0,0"], ["--normal", "no length"]),
-    (["photometer", "room.toml", "--bands", "32"], ["--bands", "'32'", "rgb, rgb-prefiltered, 6, 9, 16, 31, 61"]),
+    (["photometer", "room.toml", "--bands", "32"], ["--bands", "'32'", "6, 9, 16, 31, 61"]),
     (["photometer", "room.toml", "--accuracy", "0"], ["--accuracy", "'0'"]),
     (["photometer", "room.toml", "--accuracy", "good"], ["--accuracy", "'good'"]),
     (["photometer", "room.toml", "--seed", "-3"], ["--seed"]),

@@ -44,7 +44,7 @@ def read(solution, position, normal):
     [
         ("office", 0, 500, 0.6),  # EN 12464-1, reading and writing
         ("classroom", 0, 300, 0.6),  # EN 12464-1:2011, classrooms
-        ("classroom", 1, 500, 0.6),  # likewise, boards; it asks for 0.7 there
+        ("classroom", 1, 500, 0.7),  # likewise, boards
         ("gallery", 0, 200, 0.6),  # as for exhibits that bear some light
     ],
 )
