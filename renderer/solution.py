@@ -26,6 +26,8 @@ CHEAP = 4000
 MANY = 15_000
 """Patches past which bands are compared on a coarser mesh; a mesh's error is told by one of at most
 twice as many."""
+QUADRATURE = 4e-4
+"""Share of a reading that light through a measured luminaire's opening may err by (docs/decisions.md)."""
 COARSER = 1.5
 """Largest patch of one mesh over that of another, in area, for them to tell the mesh error."""
 
@@ -248,6 +250,8 @@ class Solution:
         mesh, sampling = half_widths(fine.read_lx(at(fine)), other.read_lx(at(other)),
                                      np.array([sample.read_lx(at(sample)) for sample in samples]),
                                      other.plan.patch_size / self.plan.patch_size)
+        if any(luminaire.opening for luminaire in self.transport.luminaires):
+            mesh = float(np.hypot(mesh, QUADRATURE * fine.read_lx(at(fine)).sum()))
         these, narrow = (solution.read_lx(at(solution)).sum() for solution in self.by_bands)
         return mesh, sampling, float(abs(these - narrow))
 
