@@ -10,15 +10,17 @@ integrand of touching polygons is singular.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from renderer.transport.patches import Mesh
 from renderer.transport.threads import in_threads
 
 HORIZON = 2e-9
 """Heights above a point's tangent plane below this, relative to the room, count as in the plane."""
-GAUSS_NODES = 24
-"""Per edge; touching squares are then right to 1e-10, strips 100 times as long as wide to 1e-7."""
-CELLS = 1 << 19
+GAUSS_NODES, OF_APART, APART = 24, 8, 1.5
+"""Per edge; touching squares are then right to 1e-10, strips 100 times as long as wide to 1e-7. Fewer do
+for polygons whose middles are so many times their two radii apart: 2e-9."""
+CELLS = 1 << 17
 """Point–edge pairs worked on at once: what stays in the cache."""
 
 
@@ -118,8 +120,10 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
 
     points, normals : (k, 3) [m]. A point's own plane counts nothing.
     """
-    edges = mesh_edges(mesh)
-    factors = np.empty((len(points), len(mesh.patches)))
+    edges, n = mesh_edges(mesh), len(mesh.patches)
+    around = sparse.csr_array((edges.sign.ravel() / (-2 * np.pi), edges.of_patch.ravel(),
+                               np.arange(0, 4 * n + 1, 4)), shape=(n, len(edges.ends)))
+    factors = np.empty((len(points), n))
     touch = HORIZON * mesh.scale
     vertices = mesh.vertices - mesh.middle
     axes = frames(normals)
@@ -127,29 +131,31 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
 
     def work(start: int, stop: int) -> None:
         own = points[start:stop] - mesh.middle
-        local = [vertices @ axes[start:stop, k].T - np.einsum("ij,ij->i", own, axes[start:stop, k])
-                 for k in range(3)]
-        x, y, z = (np.ascontiguousarray(c.T) for c in local)
+        # By vertex, edge and patch, then by point: whatever is gathered is a run of numbers.
+        x, y, z = (vertices @ axes[start:stop, k].T - np.einsum("ij,ij->i", own, axes[start:stop, k])
+                   for k in range(3))
         z[np.abs(z) <= touch] = 0.0
-        shares = _edge(*(np.take(c, first, axis=1) for c in (x, y, z)),
-                       *(np.take(c, second, axis=1) for c in (x, y, z)))
-        total = np.zeros((stop - start, len(mesh.patches)))
-        low, high = np.inf, -np.inf
-        for k in range(4):
-            total -= np.take(shares, edges.of_patch[:, k], axis=1) * edges.sign[:, k]
-            height = np.take(z, mesh.patches[:, k], axis=1)
-            low, high = np.minimum(low, height), np.maximum(high, height)
-        total *= 1 / (2 * np.pi)
+        total = around @ _edge(*(c[first] for c in (x, y, z)), *(c[second] for c in (x, y, z)))
         np.clip(total, 0.0, 1.0, out=total)
-        total[high <= 0] = 0.0
-        point, patch = np.nonzero((low < 0) & (high > 0))
-        if len(point):
-            total[point, patch] = polygon_factors(points[start + point], normals[start + point],
+        high = _any_corner(z > 0, mesh.patches)
+        total[~high] = 0.0
+        below = z < 0
+        if below.any():
+            patch, point = np.nonzero(_any_corner(below, mesh.patches) & high)
+            total[patch, point] = polygon_factors(points[start + point], normals[start + point],
                                                   mesh.corners[patch])
-        factors[start:stop] = total
+        factors[start:stop] = total.T
 
     in_threads(work, len(points), max(1, CELLS // len(edges.ends)))
     return factors
+
+
+def _any_corner(vertices: np.ndarray, patches: np.ndarray) -> np.ndarray:
+    """Whether it holds at any corner of each patch (n_patches, k), from each vertex (n_vertices, k)."""
+    found = vertices[patches[:, 0]]
+    for k in range(1, 4):
+        found |= vertices[patches[:, k]]
+    return found
 
 
 def exchange_areas(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -157,39 +163,61 @@ def exchange_areas(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
     a, b : (k, c, 3) and (k, d, 3) [m]. Neither may reach behind the other.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
+    middles = [np.einsum("kci->ki", polygon) / polygon.shape[1] for polygon in (a, b)]
+    spans = [polygon - middle[:, None] for polygon, middle in zip((a, b), middles, strict=True)]
+    reach = sum(np.sqrt(np.einsum("kci,kci->kc", span, span).max(axis=1)) for span in spans)
+    apart = np.linalg.norm(middles[0] - middles[1], axis=1) > APART * reach
+    areas = np.empty(len(a))
+    for pairs, nodes in ((apart, OF_APART), (~apart, GAUSS_NODES)):
+        areas[pairs] = _contours(a[pairs], b[pairs], nodes)
+    return areas
+
+
+def _contours(a: np.ndarray, b: np.ndarray, n_nodes: int) -> np.ndarray:
+    """The double contour integral of pairs of polygons (k,), with so many nodes an edge."""
+    nodes, weights = np.polynomial.legendre.leggauss(n_nodes)
     nodes, weights = (nodes + 1) / 2, weights / 2
     weights, nodes = weights * 6 * nodes * (1 - nodes), nodes**2 * (3 - 2 * nodes)
     total = np.zeros(len(a))
     for e in range(a.shape[1]):
-        start = a[:, e]
-        edge = a[:, (e + 1) % a.shape[1]] - start
-        points = start[:, None] + nodes[:, None] * edge[:, None]
+        edge = a[:, (e + 1) % a.shape[1]] - a[:, e]
         for f in range(b.shape[1]):
             other = b[:, (f + 1) % b.shape[1]] - b[:, f]
             length = np.linalg.norm(other, axis=1)
             along = other / np.maximum(length, 1e-300)[:, None]
             parallel = np.einsum("ki,ki->k", edge, along)
-            keep = parallel != 0
-            if keep.any():
-                inner = _log_distance(points[keep], b[keep, f], along[keep], length[keep])
+            keep = np.flatnonzero(parallel)
+            if len(keep):
+                inner = _log_distance(a[keep, e] - b[keep, f], edge[keep], along[keep], length[keep], nodes)
                 total[keep] += parallel[keep] * (inner @ weights)
     return np.abs(total) / (2 * np.pi)
 
 
-def _log_distance(points, start, along, length) -> np.ndarray:
-    """∫ ln r over a segment (k, m), from points (k, m, 3)."""
-    offset = points - start[:, None]
-    s = np.einsum("kmi,ki->km", offset, along)
-    across2 = np.maximum(np.einsum("kmi,kmi->km", offset, offset) - s * s, 0.0)
-    rest = length[:, None] - s
+def _log_distance(start, edge, along, length, nodes) -> np.ndarray:
+    """∫ ln r over segments of unit vector `along` (k, m), from points start + nodes edge; `start` (k, 3) is
+    counted from the segments' own start."""
+    def dot(u, v):
+        return np.einsum("ki,ki->k", u, v)[:, None]
+
+    ahead, parallel, length = dot(start, along), dot(edge, along), length[:, None]
+    aside, turn = start - ahead * along, edge - parallel * along
+    s = ahead + nodes * parallel
+    rest = length - s
+    across2 = dot(aside, aside) + nodes * (2 * dot(aside, turn) + nodes * dot(turn, turn))
     # Rounding leaves some 1e-16 of the offset² on the segment's own line.
-    across = np.where(across2 > 1e-14 * length[:, None] ** 2, np.sqrt(across2), 0.0)
+    across2[across2 <= 1e-14 * length**2] = 0.0
+    across = np.sqrt(across2)
 
     def x_log(x):
-        r2 = x * x + across * across
-        return x * np.log(np.where(r2 > 0, r2, 1.0)) / 2
+        r2 = x * x
+        r2 += across2
+        r2[r2 == 0] = 1.0
+        return x * np.log(r2, out=r2)
 
-    safe = np.where(across > 0, across, 1.0)
-    angle = np.where(across > 0, across * (np.arctan(rest / safe) + np.arctan(s / safe)), 0.0)
-    return x_log(rest) + x_log(s) - length[:, None] + angle
+    integral = (x_log(rest) + x_log(s)) / 2 - length
+    across2[across2 == 0] = 1.0
+    safe = np.sqrt(across2)
+    angle = np.arctan(rest / safe)
+    angle += np.arctan(s / safe)
+    integral += across * angle
+    return integral

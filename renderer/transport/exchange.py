@@ -187,7 +187,8 @@ def balance(matrix, areas: np.ndarray):
         scale[live] = np.clip(scale[live], 0.1, 10)  # past that no scaling would help
     if isinstance(matrix, Counted):
         return matrix.scaled(scale).closed(areas)
-    matrix = matrix * scale[:, None] * scale
+    matrix = matrix * scale[:, None]
+    matrix *= scale
     if worst[-1] < CLOSED:
         return matrix
     sums = matrix.sum(axis=1)

@@ -29,9 +29,10 @@ def contour_exchange(mesh: Mesh) -> Exchange:
     """
     factors = point_factors(mesh.centroid, mesh.normal, mesh)
     closure = np.abs(factors.sum(axis=1) - 1)
-    matrix = mesh.area[:, None] * factors
-    error, pair = reciprocity(matrix, mesh.surface, mesh.area)
-    matrix = (matrix + matrix.T) / 2
+    factors *= mesh.area[:, None]
+    error, pair = reciprocity(factors, mesh.surface, mesh.area)
+    factors /= 2
+    matrix = factors + factors.T
     size = np.sqrt(mesh.area)
     first, second = _near_pairs(mesh.centroid, size)
     seen = matrix[first, second] > 0
