@@ -55,8 +55,8 @@ def read(scene, size: float, rays: int = 0, collocation: bool = False, seed: int
             light = np.linalg.solve(np.eye(len(factors)) - reflectance * factors, reflectance * direct)
             means = reflectance * (factors @ light)
         else:
-            light = radiosity(transport.exchange, reflectance, direct)
-            means = reflectance * transport.exchange.irradiance(light)
+            light, received = radiosity(transport.exchange, reflectance, direct)
+            means = reflectance * received
         vertex = rho * (transport.to_vertices[0] @ light)
         surfaces = np.where(np.arange(transport.n_surfaces) < transport.n_surfaces - 1, rho, 0.0)[:, None]
         for column, meter in enumerate(meters):

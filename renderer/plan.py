@@ -27,7 +27,10 @@ tried (docs/tradeoff.md); most readings are several times better."""
 WORTHWHILE = 1.2
 """Patches shorter by less are not worth another solve."""
 MAX_RAYS = 80_000_000
-"""Of a whole room, past FEWEST_RAYS or a quarter of that a patch: their hits are kept in one array."""
+"""Of a whole room, of a plan made finer: their hits are kept in one array."""
+RAYS_OF_LARGE = 40_000_000
+"""Of a whole room, where FEWEST_RAYS or an eighth of that a patch are more: of a million patches each needs
+few, since its readings add up many."""
 FINE_ENOUGH = 0.7
 """Share of the error asked that mesh and sampling may each have: in quadrature they make 1."""
 
@@ -105,7 +108,7 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
 
 def _rays(patches: float, accuracy: float) -> int:
     """Rays a patch, a power of 2."""
-    fewest = 2 ** np.floor(np.log2(np.clip(MAX_RAYS / patches, FEWEST_RAYS / 4, FEWEST_RAYS)))
+    fewest = 2 ** np.floor(np.log2(np.clip(RAYS_OF_LARGE / patches, FEWEST_RAYS / 8, FEWEST_RAYS)))
     loose = 0.01 / accuracy
     wanted = RAYS_AT_1_PERCENT * loose * min(1.0, PATCHES_AT_1_PERCENT * loose / patches)
     return int(2 ** np.ceil(np.log2(np.clip(wanted, fewest, MOST_RAYS)) - 0.1))

@@ -113,7 +113,8 @@ class Solution:
     """Radiosity of every patch in every band.
 
     reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
-    radiosity : (n_patches, n_bands) [W m⁻² per band; weighted integrals in RGB]
+    radiosity, received : what each patch sends, and receives by way of the others (n_patches, n_bands)
+        [W m⁻² per band; weighted integrals in RGB]
     sample : which independent part of the rays this is solved with; None for all of them
     bands_solved : how many distinct systems of equations that took
     """
@@ -126,6 +127,7 @@ class Solution:
     reflectance: np.ndarray
     flux: np.ndarray
     radiosity: np.ndarray
+    received: np.ndarray
     sample: int | None
     bands_solved: int
     seconds: float
@@ -134,13 +136,6 @@ class Solution:
     def direct_irradiance(self) -> np.ndarray:
         """What each patch receives straight from the luminaires (n_patches, n_bands)."""
         return self.transport.direct @ self.flux
-
-    @cached_property
-    def received(self) -> np.ndarray:
-        """What each patch receives by way of the others (n_patches, n_bands)."""
-        exchange = self.transport.exchange
-        exchange = exchange if self.sample is None else self.transport.replicas[self.sample]
-        return exchange.irradiance(self.radiosity)
 
     @property
     def irradiance(self) -> np.ndarray:
@@ -329,8 +324,8 @@ def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: 
     first, index, scale = distinct_bands(reflectance, flux)
     on_patches = reflectance[transport.mesh.surface]
     solved = radiosity(exchange, on_patches[:, first], direct @ flux[:, first])
-    patches = solved[:, index] * scale
-    return Solution(scene, bands, plan, rooms, transport, reflectance, flux, patches, sample,
+    sent, received = (light if len(first) == len(index) else light[:, index] * scale for light in solved)
+    return Solution(scene, bands, plan, rooms, transport, reflectance, flux, sent, received, sample,
                     len(first), time.perf_counter() - started)
 
 
@@ -343,6 +338,8 @@ def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
     shape = flux / np.where(total > 0, total, 1.0)
     _, first, index = np.unique(np.vstack([reflectance, np.round(shape, 14)]), axis=1,
                                 return_index=True, return_inverse=True)
+    if len(first) == len(index):
+        first = index = np.arange(len(index))
     index = index.ravel()
     base = total[first][index]
     return first, index, np.where(base > 0, total / np.where(base > 0, base, 1.0), 0.0)

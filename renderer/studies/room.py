@@ -66,8 +66,8 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
                          f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
 
     def solved(rho: np.ndarray, light: np.ndarray) -> Solution:
-        radiosity_ = radiosity(transport.exchange, rho[transport.mesh.surface], transport.direct @ light)
-        return Solution(scene, bands["31"], plan, rooms, transport, rho, light, radiosity_, sample=None,
+        found = radiosity(transport.exchange, rho[transport.mesh.surface], transport.direct @ light)
+        return Solution(scene, bands["31"], plan, rooms, transport, rho, light, *found, sample=None,
                         bands_solved=rho.shape[1], seconds=0.0)
 
     columns = []

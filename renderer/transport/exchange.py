@@ -21,6 +21,8 @@ STALLED = 8
 DENSE, SMALL = 0.03, 4000
 """Above this share of non-zeros a dense product is faster than a sparse one (measured), and up to so many
 patches it is taken for that alone; of larger meshes, where it also takes less memory."""
+LARGE = 20_000
+"""Patches from which a mesh is large: its factors, known to 1e-4 at best, are kept in single precision."""
 WORTHWHILE = 1 << 22
 """Entries from which a product is split among cores."""
 
@@ -30,7 +32,7 @@ class Counted:
     """The symmetric matrix R + Rᵀ + D of a large mesh, kept as R and Rᵀ by rows: every product is a
     gather, split among cores, and the sum is never formed.
 
-    given, taken : R and Rᵀ (n, n); diagonal : (n,)
+    given, taken : R and Rᵀ (n, n), of a mesh of LARGE patches in single precision; diagonal : (n,)
     """
 
     given: sparse.csr_array
@@ -43,11 +45,12 @@ class Counted:
         return self.given.shape
 
     def __matmul__(self, x: np.ndarray) -> np.ndarray:
-        product = np.empty(x.shape)
+        product = np.empty_like(x)
+        diagonal = self.diagonal.astype(x.dtype)
 
         def work(start: int, stop: int) -> None:
             own = x[start:stop]
-            of_own = self.diagonal[start:stop]
+            of_own = diagonal[start:stop]
             product[start:stop] = of_own[:, None] * own if x.ndim > 1 else of_own * own
             for matrix in (self.given, self.taken):
                 product[start:stop] += _rows(matrix, start, stop) @ x
@@ -61,33 +64,27 @@ class Counted:
         rows = len(self.diagonal)
         return max(1, rows if self.given.nnz < WORTHWHILE else rows * WORTHWHILE // self.given.nnz)
 
-    def scaled(self, scale: np.ndarray) -> "Counted":
-        """The same from both sides times `scale` (n,)."""
-        return self._times(lambda row, column: scale[row] * scale[column], self.diagonal * scale**2)
-
-    def closed(self, areas: np.ndarray) -> "Counted":
-        """Lowered where rows pass `areas` (n,) [m²]; what is then missing is on the diagonal."""
-        sums = self @ np.ones(len(areas))
+    def closed(self, areas: np.ndarray, scale: np.ndarray) -> "Counted":
+        """Scaled from both sides by `scale` (n,), and lowered where rows then pass `areas` (n,) [m²]; what
+        is then missing is on the diagonal."""
+        sums = scale * (self @ scale)
         share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
-        lowered = self._times(lambda row, column: np.minimum(share[row], share[column]),
-                              self.diagonal * share)
-        return Counted(lowered.given, lowered.taken,
-                       lowered.diagonal + areas - lowered @ np.ones(len(areas)))
-
-    def _times(self, factor, diagonal: np.ndarray) -> "Counted":
-        """Every entry times factor(row, column)."""
+        kind = np.float32 if len(areas) >= LARGE else np.float64
         changed = []
         for matrix in (self.given, self.taken):
-            data = np.empty_like(matrix.data)
+            data = np.empty(matrix.nnz, dtype=kind)
 
             def work(start: int, stop: int, matrix=matrix, data=data) -> None:
                 part = slice(matrix.indptr[start], matrix.indptr[stop])
                 row = np.repeat(np.arange(start, stop), np.diff(matrix.indptr[start:stop + 1]))
-                data[part] = matrix.data[part] * factor(row, matrix.indices[part])
+                column = matrix.indices[part]
+                data[part] = (matrix.data[part] * (scale[row] * scale[column])
+                              * np.minimum(share[row], share[column]))
 
-            in_threads(work, len(diagonal), self._slice)
+            in_threads(work, len(areas), self._slice)
             changed.append(sparse.csr_array((data, matrix.indices, matrix.indptr), shape=matrix.shape))
-        return Counted(*changed, diagonal)
+        diagonal = self.diagonal * scale**2 * share
+        return Counted(*changed, diagonal + areas - Counted(*changed, diagonal) @ np.ones(len(areas)))
 
 
 def _rows(matrix: sparse.csr_array, start: int, stop: int) -> sparse.csr_array:
@@ -115,6 +112,11 @@ class Exchange:
     reciprocity_error: float
     worst_patch: int
     worst_pair: tuple[int, int]
+
+    @property
+    def single(self) -> bool:
+        """Whether the factors are in single precision."""
+        return isinstance(self.matrix, Counted) and self.matrix.given.dtype == np.float32
 
     def irradiance(self, radiosity: np.ndarray) -> np.ndarray:
         """What each patch receives from the others (n, bands), from radiosity (n, bands)."""
@@ -148,12 +150,9 @@ def better_dense(n: int, entries: int) -> bool:
     return entries > DENSE * n * n if n <= SMALL else 12 * entries > 8 * n * n
 
 
-def reciprocity(raw, surface: np.ndarray, areas: np.ndarray) -> tuple[float, tuple[int, int]]:
-    """Largest |S_ab − S_ba| between two surfaces, relative to the smaller one's area; and those two."""
-    member = sparse.csr_array((np.ones(len(surface)), (surface, np.arange(len(surface)))))
-    between = member @ (member @ raw).T
-    between = between.toarray() if sparse.issparse(between) else between
-    area = np.bincount(surface, areas)
+def reciprocity(between: np.ndarray, area: np.ndarray) -> tuple[float, tuple[int, int]]:
+    """Largest |S_ab − S_ba| between two surfaces (n, n) [m²], relative to the smaller one's area (n,); and
+    those two."""
     smaller = np.minimum(area[:, None], area)
     apart = np.abs(between - between.T) / np.where(smaller > 0, smaller, np.inf)
     return float(apart.max()), tuple(int(k) for k in np.unravel_index(apart.argmax(), apart.shape))
@@ -186,7 +185,7 @@ def balance(matrix, areas: np.ndarray):
         scale *= np.exp(np.clip(step / root, -1, 1))
         scale[live] = np.clip(scale[live], 0.1, 10)  # past that no scaling would help
     if isinstance(matrix, Counted):
-        return matrix.scaled(scale).closed(areas)
+        return matrix.closed(areas, scale)
     matrix = matrix * scale[:, None]
     matrix *= scale
     if worst[-1] < CLOSED:

@@ -30,7 +30,8 @@ def contour_exchange(mesh: Mesh) -> Exchange:
     factors = point_factors(mesh.centroid, mesh.normal, mesh)
     closure = np.abs(factors.sum(axis=1) - 1)
     factors *= mesh.area[:, None]
-    error, pair = reciprocity(factors, mesh.surface, mesh.area)
+    member = np.eye(mesh.surface.max() + 1)[mesh.surface]
+    error, pair = reciprocity(member.T @ factors @ member, np.bincount(mesh.surface, mesh.area))
     factors /= 2
     matrix = factors + factors.T
     size = np.sqrt(mesh.area)
@@ -94,20 +95,20 @@ def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
     """Factors counted from what rays meet (n_patches, rays), of `cast`: each row sums to 1 whatever
     stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
     grows with the number of patches, not its square."""
-    n = len(mesh.patches)
-    kept = hits >= 0
-    exposed = 1 - (hits == INSIDE).mean(axis=1)
-    alive = (exposed > BURIED) & kept.any(axis=1)
-    closure = np.where(alive, exposed - kept.mean(axis=1), 0.0)
-    areas = np.where(alive, mesh.area * exposed, 0.0)
-    share = areas / np.maximum(kept.sum(axis=1), 1)
-    kept &= alive[:, None] & alive[hits]
-    hit = kept.sum(axis=1)
-    row, column = np.repeat(np.arange(n), hit), hits[kept]
-    given = sparse.csr_array((share[row], column, np.concatenate([[0], np.cumsum(hit)])), shape=(n, n))
-    error, pair = reciprocity(given, mesh.surface, areas)
-    # Of the two counts of a pair the smaller patch's is the better: their variances are as the areas.
-    given.data *= areas[column] / (areas[row] + areas[column])
+    n, rays = hits.shape
+    open_, met = np.empty(n), np.empty(n, dtype=np.int64)
+
+    def look(start: int, stop: int) -> None:
+        open_[start:stop] = rays - (hits[start:stop] == INSIDE).sum(axis=1)
+        met[start:stop] = (hits[start:stop] >= 0).sum(axis=1)
+
+    step = max(1, CHUNK // rays)
+    in_threads(look, n, step)
+    alive = (open_ > BURIED * rays) & (met > 0)
+    closure = np.where(alive, (open_ - met) / rays, 0.0)
+    areas = np.where(alive, mesh.area * open_ / rays, 0.0)
+    given, between = _gathered(mesh, hits, alive, areas, areas / np.maximum(met, 1), step)
+    error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
     if better_dense(n, 2 * hits.size):
         half = given.toarray()
         matrix = half + half.T
@@ -115,6 +116,39 @@ def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
         matrix = Counted(given, given.T.tocsr(), np.zeros(n))
     return Exchange(areas, balance(matrix, areas), float(np.abs(closure).max()), error,
                     int(np.abs(closure).argmax()), pair)
+
+
+def _gathered(mesh: Mesh, hits: np.ndarray, alive: np.ndarray, areas: np.ndarray, share: np.ndarray,
+              step: int) -> tuple[sparse.csr_array, np.ndarray]:
+    """Exchange areas counted ray by ray (n, n) [m²], and between surfaces (n_surfaces, n_surfaces) [m²].
+
+    A ray of a patch is worth `share` (n,). Of the two counts of a pair the smaller patch's is the better:
+    their variances are as the areas, and so the pair's two are weighted.
+    """
+    n, surfaces = len(hits), mesh.surface.max() + 1
+    kept = np.empty(hits.shape, dtype=bool)
+
+    def choose(start: int, stop: int) -> None:
+        part = hits[start:stop]
+        kept[start:stop] = (part >= 0) & alive[start:stop, None] & alive[part]
+
+    in_threads(choose, n, step)
+    ends = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+    column, data = np.empty(ends[-1], dtype=np.int32), np.empty(ends[-1])
+    between = np.zeros((-(-n // step), surfaces**2))
+
+    def weigh(start: int, stop: int) -> None:
+        part = slice(ends[start], ends[stop])
+        own, column[part] = kept[start:stop], hits[start:stop][kept[start:stop]]
+        row = np.repeat(np.arange(start, stop), own.sum(axis=1))
+        other, worth = areas[column[part]], share[row]
+        data[part] = worth * other / (areas[row] + other)
+        pairs = mesh.surface[row] * surfaces + mesh.surface[column[part]]
+        between[start // step] = np.bincount(pairs, worth, surfaces**2)
+
+    in_threads(weigh, n, step)
+    given = sparse.csr_array((data, column, ends), shape=(n, n))
+    return given, between.sum(axis=0).reshape(surfaces, surfaces)
 
 
 def look_round(points: np.ndarray, normals: np.ndarray, visibility: Visibility, rays: int,

@@ -1,4 +1,4 @@
-"""What a ray meets: the only user of Embree, and the only place with float32.
+"""What a ray meets: the only user of Embree, whose numbers are in single precision.
 
 The scene is moved to its middle and scaled to unit size in float64 before it is cast, so tolerances
 are relative and a room of 1 mm or 10 km, or one far from the origin, behaves alike.
@@ -75,9 +75,9 @@ class Visibility:
         of the floor and of the wall behind one cupboard may face each other.
         """
         inside = np.empty(len(origins), dtype=bool)
-        step = CHUNK // PROBE_RAYS
-        for start in range(0, len(origins), step):
-            part = slice(start, start + step)
+
+        def work(start: int, stop: int) -> None:
+            part = slice(start, stop)
             # Into the half space before the surface, all angles alike.
             ball = np.random.default_rng(start).normal(size=(len(origins[part]), PROBE_RAYS, 3))
             directions = ball / np.linalg.norm(ball, axis=-1, keepdims=True)
@@ -85,6 +85,8 @@ class Visibility:
             met = self.first_hit(np.repeat(origins[part], PROBE_RAYS, axis=0),
                                  directions.reshape(-1, 3))
             inside[part] = (met.reshape(-1, PROBE_RAYS) < 0).mean(axis=1) > 0.5
+
+        in_threads(work, len(origins), CHUNK // PROBE_RAYS)
         return inside
 
     def _build(self) -> None:

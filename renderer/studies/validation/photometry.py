@@ -190,7 +190,7 @@ def planes(folder: Path) -> list[Case]:
             names = np.array(scene.surfaces)[transport.mesh.surface]
             lit = (names == "floor").astype(float)[:, None]
             on = np.where(np.isin(names, ["floor", "ceiling"]), rho, 0.0)[:, None]
-            received = lit + transport.exchange.irradiance(radiosity(transport.exchange, on, lit))
+            received = lit + radiosity(transport.exchange, on, lit)[1]
             middle = np.linalg.norm(transport.mesh.centroid[:, :2] - width / 2, axis=1)
             for name, expected in (("floor", 1 / (1 - rho**2)), ("ceiling", rho / (1 - rho**2))):
                 at = np.flatnonzero(names == name)
@@ -221,8 +221,7 @@ def furnace(folder: Path) -> list[Case]:
         transport = compute_transport(box_room(folder, PANEL + objects), 0.5, 256 if objects else 0, 0)
         rho = np.random.default_rng(0).uniform(0, 1, (len(transport.mesh.patches), 1))
         # B = ρE + (1 − ρ) with E = 1 is what direct light (1 − ρ)/ρ would give.
-        light = radiosity(transport.exchange, rho, (1 - rho) / rho)
-        received = transport.exchange.irradiance(light)[transport.exchange.areas > 0]
+        received = radiosity(transport.exchange, rho, (1 - rho) / rho)[1][transport.exchange.areas > 0]
         worst = received.ravel()[np.abs(received - 1).argmax()]
         rows.append(Case("White furnace", name, "irradiance farthest from 1", 1.0, float(worst), 1e-6,
                          source="every surface sends 1 − ρ and so all receive 1, whatever ρ"))
