@@ -1,18 +1,24 @@
 """What Python users see of a solution: in a notebook, and as an xarray Dataset."""
 
 import base64
+import copy
 import io
 import re
 import sys
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
+import nbformat
 import numpy as np
 import pytest
+from nbclient import NotebookClient
 from PIL import Image
+from shown import differences
 
 import renderer
 
+ROOT = Path(__file__).parent.parent
 LAMP = {"shape": "point", "center": [1.5, 2.0, 1.2], "flux": 1000.0, "spectrum": "A"}
 METER = {"name": "a < b & c", "position": [2.0, 1.0, 0.0]}
 GREEN = {"munsell": "5G 5/8"}
@@ -143,3 +149,20 @@ def test_without_xarray_one_sentence_says_what_to_install(room, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(ImportError, match=re.escape("pip install 'renderer[notebook]'")):
         solution.to_xarray()
+
+
+def test_the_tutorials_notebook_runs_from_chip_to_finding(tmp_path):
+    """Ten cells, each of which runs; the last asserts the finding, far outside the error bars."""
+    kept = nbformat.read(ROOT / "docs" / "tutorial.ipynb", as_version=4)
+    assert sum(cell.cell_type == "code" for cell in kept.cells) == 10
+    assert "assert apart > 20 * bar" in kept.cells[-1].source
+    new = NotebookClient(copy.deepcopy(kept), timeout=120, kernel_name="python3",
+                         resources={"metadata": {"path": str(tmp_path)}}).execute()
+    for before, after in zip(kept.cells, new.cells, strict=True):
+        assert not differences(printed(before), printed(after))
+
+
+def printed(cell) -> str:
+    """What a cell has printed."""
+    return "".join(output.text for output in cell.get("outputs", [])
+                   if output.output_type == "stream" and output.name == "stdout")
