@@ -4,8 +4,8 @@
 
 A fenced block after <!-- save: NAME --> is a file. A `toml` block without that is a part of the scene saved
 last. Lines of a `sh` block that begin with `renderer` are run in a folder with the files saved so far;
-`python` is run there too. A `text` block right after one of these is what its last command prints. What follows
-<!-- not run: WHY --> is only shown. tests/test_docs.py does the same.
+`python` is run there too. A `text` block right after one of these is what its last command prints. What
+follows <!-- not run: WHY --> is only shown. tests/test_docs.py does the same.
 """
 
 import re

@@ -36,7 +36,7 @@ MADE = {
     "l_shaped.png": (["render", "l_shaped"], ["l_shaped_31.png"]),
     "office_pendant_polar.png": (["luminaire", str(DOCS.parent / "scenes/luminaires/office_pendant.ies")],
                                  ["office_pendant_polar.png"]),
-    "spectrum.png": (["spectrum", "0.5,0.1,0.1"], ["spectrum_0.5_0.1_0.1.png"]),
+    "spectrum.png": (["spectrum", "0.5,0.1,0.1"], ["spectrum_0.5-0.1-0.1.png"]),
     **{f"gamut{part}.png": (["gamut"], [f"gamut{part}.png"])
        for part in ("", "_bounds", "_chips", "_primaries")},
 }
@@ -51,8 +51,7 @@ def run(*words: str) -> str:
 
 
 def keep(sources: list[Path], name: str) -> None:
-    """Keep a picture for the pages, several side by side at the width of one and a half; smaller where
-    it must be."""
+    """Keep a picture for the pages, several small and side by side; smaller yet where it must be."""
     images = [Image.open(source).convert("RGB") for source in sources]
     if len(images) > 1:
         images = [image.resize((400, 400 * image.height // image.width), Image.Resampling.LANCZOS)
@@ -61,12 +60,13 @@ def keep(sources: list[Path], name: str) -> None:
     image = Image.new("RGB", (step * len(images) - BESIDE, images[0].height), "white")
     for k, each in enumerate(images):
         image.paste(each, (k * step, 0))
+    size = image.size
     while True:
         data = BytesIO()
-        image.save(data, "PNG", optimize=True)
+        image.resize(size, Image.Resampling.LANCZOS).save(data, "PNG", optimize=True)
         if data.tell() < LARGEST:
             break
-        image = image.resize([int(0.9 * side) for side in image.size], Image.Resampling.LANCZOS)
+        size = tuple(int(0.95 * side) for side in size)
     (DOCS / "pictures" / name).write_bytes(data.getvalue())
 
 
