@@ -17,7 +17,7 @@ slow: $(VENV)/tested
 lint: $(VENV)/tested
 	$(BIN)/ruff check .
 
-# Every picture, table and printed example of the pages, some ten minutes on a quiet machine; the parts below
+# Every picture, table and printed example of the pages, some twenty minutes; the parts below
 # make some of it. The report's picture needs chromium. (validate --peers writes the table of peers.)
 docs: pictures gallery tradeoff validation examples
 
