@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow docs gallery tradeoff three clean
+.PHONY: compare test lint slow docs pictures gallery tradeoff validation examples three clean
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -17,10 +17,24 @@ slow: $(VENV)/tested
 lint: $(VENV)/tested
 	$(BIN)/ruff check .
 
-docs: $(VENV)/installed
+# Every picture, table and printed example of the pages, some twenty minutes; the parts below
+# make some of it. The report's picture needs chromium. (validate --peers writes the table of peers.)
+docs: pictures gallery tradeoff validation examples
+
+pictures: $(VENV)/tested
+	$(BIN)/python docs/pictures.py
+	$(BIN)/renderer report --quiet > /dev/null
+	$(BIN)/python docs/report_picture.py
+
+validation: $(VENV)/installed
 	$(BIN)/renderer validate --quiet > /dev/null
 	$(BIN)/renderer validate --extremes --quiet > /dev/null
 	$(BIN)/python docs/insert.py
+
+# What commands print in the pages, and what the notebook shows.
+examples: $(VENV)/tested
+	$(BIN)/python docs/pages.py
+	$(BIN)/python docs/notebook.py
 
 # Speed against accuracy in three rooms, into docs/tradeoff.md; on a quiet machine.
 tradeoff: $(VENV)/installed

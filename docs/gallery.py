@@ -2,37 +2,12 @@
 outputs/, whence docs/insert.py puts them into the page."""
 
 import json
-import subprocess
 import sys
-from io import BytesIO
-from pathlib import Path
 
-from PIL import Image
+from pictures import OUT, keep, run
 
-DOCS = Path(__file__).parent
-OUT = DOCS.parent / "outputs"
-LARGEST = 300_000
-"""Bytes of a picture."""
 ROOMS = {"office": "grid_working_plane.png", "classroom": None, "gallery": None}
 """Packaged rooms, and the isolux plan that is shown."""
-
-
-def run(*words: str) -> str:
-    """What a command of renderer prints."""
-    command = [sys.executable, "-m", "renderer", *words, "--quiet", "--out", str(OUT)]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
-
-
-def keep(source: Path, name: str) -> None:
-    """Keep a picture for the docs, smaller where it must be."""
-    image = Image.open(source).convert("RGB")
-    while True:
-        data = BytesIO()
-        image.save(data, "PNG", optimize=True)
-        if data.tell() < LARGEST:
-            break
-        image = image.resize([int(0.9 * side) for side in image.size], Image.Resampling.LANCZOS)
-    (DOCS / "pictures" / name).write_bytes(data.getvalue())
 
 
 def tables(name: str) -> str:
@@ -77,12 +52,19 @@ def change(rgb: dict, full: dict, key: str) -> str:
     return f"{share:+.1%}" if abs(share) >= 5e-4 else "0.0%"
 
 
-for room in sys.argv[1:] or ROOMS:
+def draw(room: str) -> None:
+    """Read and draw a room."""
     OUT.mkdir(exist_ok=True)
     (OUT / f"gallery_{room}.md").write_text(tables(room), encoding="utf-8")
     run("render", room, "--accuracy", "2%")
     run("pseudocolour", room, "--accuracy", "2%")
-    keep(OUT / f"{room}_31.png", f"{room}.png")
-    keep(OUT / f"{room}_31_total_pseudocolour.png", f"{room}_pseudocolour.png")
+    shown = {f"{room}.png": f"{room}_31.png", f"{room}_pseudocolour.png": f"{room}_31_total_pseudocolour.png"}
     if ROOMS[room]:
-        keep(OUT / ROOMS[room], f"{room}_isolux.png")
+        shown[f"{room}_isolux.png"] = ROOMS[room]
+    for name, source in shown.items():
+        keep([OUT / source], name)
+
+
+if __name__ == "__main__":
+    for room in sys.argv[1:] or ROOMS:
+        draw(room)

@@ -1,9 +1,11 @@
 """Does it matter that lighting software models colour as RGB? Spectral radiosity of rooms.
 
     import renderer
-    scene = renderer.load("scenes/red_room.toml")
-    solution = renderer.solve(scene, bands="31")
+    scene = renderer.load("red_room")                   # a packaged room, or a scene file
+    solution = renderer.solve(scene, "31")              # a notebook shows it: picture and readings
+    solution.photometers()                              # the scene's own, with error bars
     solution.photometer([2.7, 2.7, 0], [0, 0, 1]).total_lx
+    solution.to_xarray().illuminance.groupby("surface").max()
 """
 
 from renderer.errors import InputError, SolveError
@@ -18,7 +20,26 @@ def __getattr__(name: str):
 
         return load
     if name == "solve":
-        from renderer.solution import solve
+        from renderer.solution import Solution, solve
 
+        # A solution knows neither pictures nor xarray, which come after it: here it is given both.
+        Solution._repr_html_, Solution.to_xarray = _repr_html_, to_xarray
         return solve
     raise AttributeError(f"module 'renderer' has no attribute {name!r}")
+
+
+def _repr_html_(solution) -> str:
+    """A solution as a notebook shows it: a small picture, and the readings with error bars."""
+    from renderer.pictures.notebook import html
+
+    return html(solution)
+
+
+def to_xarray(solution):
+    """Light on every patch of a solution as an xarray.Dataset, with names and units (renderer.dataset).
+
+    Raises ImportError where there is no xarray.
+    """
+    from renderer.dataset import dataset
+
+    return dataset(solution)

@@ -52,6 +52,10 @@ class Reading:
     sampling_error: float
     band_error: float
 
+    def __repr__(self) -> str:
+        return (f"Reading({self.name!r}: {self.total_lx:.2f} ± {self.uncertainty:.2g} lx, of which "
+                f"{self.indirect_lx:.2f} indirect; {self.bands.name} bands)")
+
     @property
     def figure(self) -> Figure:
         """The total illuminance with its error bar [lx]."""
@@ -131,6 +135,10 @@ class Solution:
     sample: int | None
     bands_solved: int
     seconds: float
+
+    def __repr__(self) -> str:
+        return (f"Solution({self.scene.title!r}, {self.bands.name} bands, "
+                f"{len(self.transport.mesh.patches)} patches)")
 
     @property
     def direct_irradiance(self) -> np.ndarray:

@@ -1,0 +1,85 @@
+"""Draw the pictures of the pages that no other script draws (`make docs`).
+
+    .venv/bin/python docs/pictures.py [PICTURE …]
+"""
+
+import subprocess
+import sys
+from io import BytesIO
+from pathlib import Path
+
+from PIL import Image
+
+DOCS = Path(__file__).parent
+OUT = DOCS.parent / "outputs"
+LARGEST = 300_000
+"""Bytes of a picture."""
+BESIDE = 8
+"""Pixels between pictures side by side."""
+GRID = """
+[[photometer_grids]]
+name = "working plane"
+origin = [0, 0, 0.75]
+u = [5.4, 0, 0]
+v = [0, 5.4, 0]
+border = 0.5
+"""
+FURNISHED = [f"furnished/comparison/furnished_room_{bands}_d_total.png"
+             for bands in ("rgb", "rgb-prefiltered", "31")]
+MADE = {
+    "comparison.png": (["compare"], ["comparison.png"]),
+    "furnished.png": (["render", "furnished_room"], ["furnished_room_31.png"]),
+    "furnished_pseudocolour.png": (["pseudocolour", "furnished_room"],
+                                   ["furnished_room_31_total_pseudocolour.png"]),
+    "furnished_three.png": (["compare", "furnished_room", "--out", str(OUT / "furnished")], FURNISHED),
+    "isolux.png": (["photometer", str(OUT / "furnished_with_grid.toml")], ["grid_working_plane.png"]),
+    "l_shaped.png": (["render", "l_shaped"], ["l_shaped_31.png"]),
+    "office_pendant_polar.png": (["luminaire", str(DOCS.parent / "scenes/luminaires/office_pendant.ies")],
+                                 ["office_pendant_polar.png"]),
+    "spectrum.png": (["spectrum", "0.5,0.1,0.1"], ["spectrum_0.5-0.1-0.1.png"]),
+    **{f"gamut{part}.png": (["gamut"], [f"gamut{part}.png"])
+       for part in ("", "_bounds", "_chips", "_primaries")},
+}
+"""What makes each picture: a command, and the files in outputs/ that it shows side by side."""
+
+
+def run(*words: str) -> str:
+    """What a command of renderer prints; its files go to outputs/."""
+    out = [] if "--out" in words else ["--out", str(OUT)]
+    command = [sys.executable, "-m", "renderer", *words, "--quiet", *out]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def keep(sources: list[Path], name: str) -> None:
+    """Keep a picture for the pages, several small and side by side; smaller yet where it must be."""
+    images = [Image.open(source).convert("RGB") for source in sources]
+    if len(images) > 1:
+        images = [image.resize((400, 400 * image.height // image.width), Image.Resampling.LANCZOS)
+                  for image in images]
+    step = images[0].width + BESIDE
+    image = Image.new("RGB", (step * len(images) - BESIDE, images[0].height), "white")
+    for k, each in enumerate(images):
+        image.paste(each, (k * step, 0))
+    size = image.size
+    while True:
+        data = BytesIO()
+        image.resize(size, Image.Resampling.LANCZOS).save(data, "PNG", optimize=True)
+        if data.tell() < LARGEST:
+            break
+        size = tuple(int(0.95 * side) for side in size)
+    (DOCS / "pictures" / name).write_bytes(data.getvalue())
+
+
+def draw(names: list[str]) -> None:
+    """Draw pictures; a command that makes several is run once."""
+    OUT.mkdir(exist_ok=True)
+    furnished = (DOCS.parent / "scenes" / "furnished_room.toml").read_text(encoding="utf-8")
+    (OUT / "furnished_with_grid.toml").write_text(furnished + GRID, encoding="utf-8")
+    for command in dict.fromkeys(tuple(MADE[name][0]) for name in names):
+        run(*command)
+    for name in names:
+        keep([OUT / file for file in MADE[name][1]], name)
+
+
+if __name__ == "__main__":
+    draw(sys.argv[1:] or list(MADE))
