@@ -18,7 +18,7 @@ RUNS = (["grey_room"], ["red_room"], ["red_room", "--accuracy", "0.3%"],
 
 def main() -> None:
     """Print one line a run: said, taken, and their ratio."""
-    print(f"{'':34}{'patches':>16}{'rays':>8}{'seconds':>20}{'GB':>20}")
+    print(f"{'':34}{'patches':>16}{'rays':>8}{'seconds':>20}{'GB':>20}{'widest bar':>22}")
     for run in RUNS:
         command = [sys.executable, "-m", "renderer"]
         said = json.loads(subprocess.run([*command, "plan", *run, "--json"], check=True, capture_output=True,
@@ -30,9 +30,11 @@ def main() -> None:
         taken = os.wait4(reading.pid, 0)[2].ru_maxrss * 1024
         seconds = time.perf_counter() - started
         rays = f"{said['rays'] / got['rays']:.2f}" if got["rays"] else "none"
+        bar = max(meter["illuminance_lx"]["uncertainty"] / meter["illuminance_lx"]["total"] for meter in got["photometers"])
         print(f"{' '.join(run):34}{said['patches']:>8}/{got['patches']:<7}{rays:>8}"
               f"{said['seconds']:>9.1f}/{seconds:.1f} = {said['seconds'] / seconds:.2f}"
-              f"{said['memory'] / 1e9:>9.2f}/{taken / 1e9:.2f} = {said['memory'] / taken:.2f}", flush=True)
+              f"{said['memory'] / 1e9:>9.2f}/{taken / 1e9:.2f} = {said['memory'] / taken:.2f}"
+              f"{said['expected']:>10.2%}/{bar:.2%} = {said['expected'] / bar:.2f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """What a run will take, said beforehand: patches, rays, bands, time and memory."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import cpu_count
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from renderer.colour.bands import narrow_bands
 from renderer.plan import Plan, make_plan
 from renderer.scene.reading import Scene
-from renderer.solution import distinct_bands
+from renderer.solution import distinct_bands, solve
 from renderer.transport.contour import point_factors
 from renderer.transport.exchange import better_dense
 from renderer.transport.form_factors import independent_parts
@@ -20,14 +20,19 @@ from renderer.transport.visibility import Visibility
 
 TRIED_RAYS, TRIED_POINTS = 1 << 15, 32
 """Rays cast and points seen from, in the scene itself, to learn what one costs here and now."""
-OF_A_RAY, OF_A_PAIR = 3.5, 2.5
+OF_A_RAY, OF_A_PAIR = 3.5, 0.9
 """What a ray and a pair of patches cost with all that is done with them, over the cast or factor alone."""
 METER_RAYS, PATCH_RAYS = 500_000, 100
 """Rays of one meter on one mesh; shadow rays from one patch to one luminaire, where some are needed."""
 PARALLEL = 0.7
 """How much of the work runs on every core."""
-START, PROGRAM = 2.5, 300e6
+START, PROGRAM = 1.3, 300e6
 """Of any run: seconds, and bytes for the program and its packages."""
+PILOT, PILOT_RAYS = 700, 256
+"""Patches and rays of the coarse solve whose error bars tell what to expect."""
+OF_PATCHES, OF_RAYS, OF_MORE = 1.0, 0.7, 0.4
+"""A bar's part by the mesh falls as patches to that power; by sampling as rays, and patches, to those
+(`benchmarks/estimates.py`)."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,8 @@ class Forecast:
     rays : on the first mesh, as a run reports
     seconds : on this machine as busy as it is now; memory : at most, in bytes
     accuracy : asked of readings; promise : the smallest that can be promised here [1]
+    expected : the widest error bar of the scene's photometers as first solved [1]; None without any that
+        is lit. Past `accuracy` a finer solve follows, up to twice.
     left_out, modelled : sentences
     """
 
@@ -51,6 +58,7 @@ class Forecast:
     memory: float
     accuracy: float
     promise: float
+    expected: float | None
     modelled: list[str]
     left_out: list[str]
 
@@ -75,7 +83,21 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     memory = PROGRAM + sum(_bytes(mesh, plan.rays) for mesh in meshes)
     modelled, left_out = _sentences(scene, plan, len(band_set.xyz), len(first))
     return Forecast(len(meshes[0].patches), len(meshes[1].patches), len(band_set.xyz), len(first), rays,
-                    seconds, memory, accuracy, plan.promise, modelled, left_out)
+                    seconds, memory, accuracy, plan.promise, _expected(scene, plan, len(meshes[0].patches)),
+                    modelled, left_out)
+
+
+def _expected(scene: Scene, plan: Plan, patches: int) -> float | None:
+    """The widest error bar of the scene's photometers [1], from those of a coarse solve in RGB."""
+    coarse = plan.times(max(2.0, float(np.sqrt(patches / PILOT))))
+    coarse = replace(coarse, rays=plan.rays and PILOT_RAYS)
+    pilot = solve(scene, "rgb", plan=coarse)
+    lit = [reading for reading in pilot.photometers() if reading.total_lx > 0]
+    fewer = len(pilot.transport.mesh.patches) / patches
+    mesh = fewer**OF_PATCHES
+    sampling = fewer**OF_MORE * (PILOT_RAYS / plan.rays) ** OF_RAYS if plan.rays else 0.0
+    return max((float(np.hypot(mesh * reading.mesh_error, sampling * reading.sampling_error))
+                / reading.total_lx for reading in lit), default=None)
 
 
 def _rays(mesh: Mesh, per_patch: int, luminaires: int, meters: int) -> int:
@@ -108,7 +130,7 @@ def _bytes(mesh: Mesh, rays: int) -> float:
     """Memory of one mesh's operators while they are made."""
     n, v = len(mesh.patches), len(mesh.vertices)
     if not rays:
-        return 8.0 * (4 * n * n + 2 * n * v)
+        return 8.0 * 1.2 * n * (n + v)
     parts = independent_parts(n, rays)
     hits = 4.0 * rays * (n + (v if parts > 1 else 0))
     whole, part = (8.0 * n * n if better_dense(n, 2 * n * r) else 24.0 * n * r for r in (rays, rays // parts))

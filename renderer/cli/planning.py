@@ -40,6 +40,9 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
             ["time", f"{said.seconds:.2g} s", "on this machine, as busy as it is now; less if kept"],
             ["memory", f"{said.memory / 1e9:.2g} GB", "at most"],
             ["accuracy", f"{said.accuracy:.2%}", f"asked; {said.promise:.2%} can be promised here"]]
+    if said.expected is not None:
+        finer = "; a finer solve will follow, up to twice" if said.expected > said.accuracy else ""
+        rows.append(["error bar", f"{said.expected:.2%}", f"expected, of the photometer known least well{finer}"])
     show(f"{loaded.title}: the plan", ["", "estimate", ""], rows)
     for title, sentences in (("Modelled", said.modelled), ("Left out", said.left_out)):
         for sentence in sentences:
