@@ -6,7 +6,7 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.pictures.sheet import BAND_TITLES
-from renderer.pictures.window.light import first_front
+from renderer.pictures.window.light import first_front, lamp_of
 from renderer.solution import Reading, Solution
 
 
@@ -43,11 +43,8 @@ def place_at(solution: Solution, eye: np.ndarray, direction: np.ndarray) -> Plac
         return None
     patch, position = met
     surface = transport.mesh.surface[patch]
-    lamp = None
-    if not transport.reflecting[patch]:
-        with_face = [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
-        lamp = with_face[surface - (transport.n_surfaces - len(with_face))]
-    return Place(patch, position, transport.mesh.normal[patch], solution.scene.surfaces[surface], lamp, eye)
+    return Place(patch, position, transport.mesh.normal[patch], solution.scene.surfaces[surface],
+                 lamp_of(transport, surface), eye)
 
 
 def read(solution: Solution, place: Place) -> Click:

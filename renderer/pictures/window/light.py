@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.solution import Solution
-from renderer.transport.field import direct_on
+from renderer.transport.field import Sensor, direct_on, sense
 from renderer.transport.transport import Transport
 
 INSET = 1e-3
@@ -16,78 +16,88 @@ EDGE = 1e-9
 
 @dataclass(frozen=True)
 class Skin:
-    """What is seen of a room: its exposed patches, between vertices that belong to one surface each.
+    """What is seen of a room: its exposed patches as triangles, about their middles where they have four
+    sides, and the light at each corner of these, for any material and any band.
 
     points : (n, 3), the room's longest side being 1 and its middle 0: a room of 1 mm is one of 10 km
-    patches : (m, 4) corners, a triangle repeating its last
-    lamp : (n,) which luminaire a point belongs to, else -1
-    toward : (n, 3) the way that luminaire's face looks
-    source : (n,) the mesh's vertex of each point, where it belongs to no luminaire
-    light : (n_vertices, n_luminaires) illuminance per lumen straight from each, there [m⁻²]
+    triangles : (m, 3) points of each, counter-clockwise seen from the front
+    patch : (n,) which patch each point is lit on
+    sensor : one row a point, on radiosity
     """
 
     points: np.ndarray
-    patches: np.ndarray
-    lamp: np.ndarray
-    toward: np.ndarray
-    source: np.ndarray
-    light: np.ndarray
+    triangles: np.ndarray
+    patch: np.ndarray
+    sensor: Sensor
 
 
 def skin(transport: Transport) -> Skin:
-    """The skin of a room. A mounted luminaire's face shares vertices with the ceiling, so it gets its own."""
+    """The skin of a room. A luminaire's face has corners of its own: mounted, it shares the ceiling's."""
     mesh = transport.mesh
     exposed = transport.exchange.areas > 0
-    surfaces = mesh.patches[exposed & transport.reflecting]
+    surfaces = np.flatnonzero(exposed & transport.reflecting)
     faces = np.flatnonzero(exposed & ~transport.reflecting)
-    n, used = len(mesh.vertices), np.unique(surfaces)
-    number = np.zeros(n, dtype=int)
+    triangular = mesh.triangular[surfaces]
+    quads = surfaces[~triangular]
+    used = np.unique(mesh.patches[surfaces])
+    number = np.zeros(len(mesh.vertices), dtype=int)
     number[used] = np.arange(len(used))
-    own = len(used) + np.arange(4 * len(faces)).reshape(-1, 4)
-    own[mesh.triangular[faces], 3] = own[mesh.triangular[faces], 2]
-    with_face = [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
-    lamp = np.array(with_face, dtype=int)[mesh.surface[faces] - (transport.n_surfaces - len(with_face))]
-    points = np.vstack([mesh.vertices[used], mesh.corners[faces].reshape(-1, 3)])
-    return Skin((points - mesh.middle) / mesh.scale, np.vstack([number[surfaces], own]),
-                np.concatenate([np.full(len(used), -1), np.repeat(lamp, 4)]),
-                np.vstack([np.zeros((len(used), 3)), np.repeat(mesh.normal[faces], 4, axis=0)]), used,
-                _direct(transport)[used])
-
-
-def _direct(transport: Transport) -> np.ndarray:
-    """Direct light at each vertex per lumen (n_vertices, n_luminaires) [m⁻²], a little inside a patch at it
-    that is exposed."""
-    mesh = transport.mesh
-    # What comes last stays: the largest exposed part of the patches around a vertex.
-    share = np.where(transport.reflecting, transport.exchange.areas / mesh.area, 0.0)
-    order = np.argsort(share, kind="stable")
-    patch, corner = np.zeros((2, len(mesh.vertices)), dtype=int)
-    patch[mesh.patches[order]] = order[:, None]
-    corner[mesh.patches[order]] = np.arange(4)
-    triangular = mesh.triangular[patch]
-    corner = np.where(triangular, np.minimum(corner, 2), corner)
+    ring = number[mesh.patches[quads]]
+    middle = len(used) + np.arange(len(quads))
+    fans = np.stack([ring, np.roll(ring, -1, axis=1), np.repeat(middle[:, None], 4, axis=1)], axis=-1)
+    own = len(used) + len(quads) + np.arange(4 * len(faces)).reshape(-1, 4)
+    triangles = np.vstack([number[mesh.patches[surfaces[triangular], :3]], fans.reshape(-1, 3), own[:, :3],
+                           own[~mesh.triangular[faces]][:, [0, 2, 3]]])
+    patch, corner = _patches_at(transport, used)
     st = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])[corner]
-    st[triangular & (corner == 2)] = (0.0, 1.0)
+    st[mesh.triangular[patch] & (corner == 2)] = (0.0, 1.0)
     st += INSET * (mesh.middle_st[patch] - st)
-    return direct_on(transport, patch, *st.T, 3)[0]
+    patch = np.concatenate([patch, quads, np.repeat(faces, 4)])
+    s, t = np.vstack([st, mesh.middle_st[quads], mesh.middle_st[np.repeat(faces, 4)]]).T
+    n = len(patch)
+    light = direct_on(transport, patch, s, t, 3)[0]
+    sensor = sense(transport, n, np.arange(n), patch, s, t, np.ones(n), light)
+    points = np.vstack([mesh.vertices[used], mesh.centroid[quads], mesh.corners[faces].reshape(-1, 3)])
+    return Skin((points - mesh.middle) / mesh.scale, triangles, patch, sensor)
+
+
+def _patches_at(transport: Transport, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of the patches around each vertex the one that is least covered, and which corner of it that is."""
+    mesh = transport.mesh
+    share = np.where(transport.reflecting, transport.exchange.areas / mesh.area, 0.0)
+    order = np.argsort(share, kind="stable")  # what is written last stays
+    patch, corner = np.zeros((2, len(mesh.vertices)), dtype=int)
+    for k in range(4):
+        patch[mesh.patches[order, k]] = order
+    for k in reversed(range(4)):  # a triangle's last corner is its third
+        corner[vertices[mesh.patches[patch[vertices], k] == vertices]] = k
+    return patch[vertices], corner[vertices]
+
+
+def lamp_of(transport: Transport, surface: int) -> int | None:
+    """The luminaire whose face a surface of the mesh is, or None."""
+    with_face = [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
+    k = surface - (transport.n_surfaces - len(with_face))
+    return with_face[k] if k >= 0 else None
 
 
 def light_on(solution: Solution, skin: Skin) -> tuple[np.ndarray, np.ndarray]:
     """Light toward the eye, X, Y, Z (n, 3) [cd/m²], and illuminance (n,) [lx], at each point of a skin; of a
     luminaire the light along its face's normal, and no illuminance (NaN)."""
-    bands, mesh = solution.bands, solution.transport.mesh
-    received = skin.light @ solution.flux + solution.vertex_irradiance[skin.source]
-    received = np.maximum(received, 0.0)
-    reflectance = solution.reflectance[mesh.vertex_surface[skin.source]]
-    n, lamps = len(received), skin.lamp[len(received):]
-    xyz, illuminance = np.zeros((len(skin.points), 3)), np.full(len(skin.points), np.nan)
-    xyz[:n] = (reflectance * received) @ bands.xyz / np.pi
-    illuminance[:n] = received @ bands.luminous
-    luminance = np.zeros(len(lamps))
-    for k in np.unique(lamps):
-        luminance[lamps == k] = solution.transport.luminaires[k].luminance(skin.toward[n:][lamps == k])
-    xyz[n:] = luminance[:, None] * (solution.flux @ bands.xyz)[lamps]
-    return xyz, illuminance
+    bands, transport, sensor = solution.bands, solution.transport, skin.sensor
+    once = (solution.reflectance[:, None, :] * solution.flux[None]) @ bands.xyz
+    xyz = sensor.direct @ once.reshape(-1, 3) + sensor.indirect @ (solution.vertex_radiosity @ bands.xyz)
+    xyz = np.maximum(xyz, 0.0) / np.pi
+    lumens = np.tile(solution.flux @ bands.luminous, transport.n_surfaces)
+    illuminance = sensor.direct @ lumens + sensor.indirect @ (solution.vertex_irradiance @ bands.luminous)
+    shining = np.flatnonzero(~transport.reflecting[skin.patch])
+    surface = transport.mesh.surface[skin.patch[shining]]
+    for each in np.unique(surface):
+        lamp, points = lamp_of(transport, each), shining[surface == each]
+        toward = transport.mesh.normal[skin.patch[points]]
+        xyz[points] = np.outer(transport.luminaires[lamp].luminance(toward), solution.flux[lamp] @ bands.xyz)
+    illuminance[shining] = np.nan
+    return xyz, np.maximum(illuminance, 0.0)
 
 
 def first_front(transport: Transport, eye: np.ndarray, direction: np.ndarray) -> tuple | None:

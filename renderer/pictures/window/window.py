@@ -14,7 +14,7 @@ from renderer.pictures.pseudocolour import colour_map, scale_top
 from renderer.pictures.report.viewpoint import looks
 from renderer.pictures.sheet import plain
 from renderer.pictures.window.clicks import Click, band_title, place_at, said
-from renderer.pictures.window.light import light_on, skin
+from renderer.pictures.window.light import Skin, light_on, skin
 from renderer.pictures.window.overlay import Overlay
 from renderer.solution import Progress, Solution
 
@@ -30,27 +30,24 @@ FRONT = 1e-3
 POINT = 12
 """Pixels across a mark."""
 UNITS = {"luminance": "cd/m²", "illuminance": "lx"}
-KEYS = ("click       read the photometer      c  picture or pseudocolour",
-        "drag        turn the room            i  luminance or illuminance",
-        "wheel       nearer, farther          b  RGB or bands",
-        "shift drag  move the room            e  edges of patches",
-        "s           save the picture         r  the camera's view",
-        "q or Esc    close                    o  from outside",
-        "h           hide these lines")
+KEYS = ("click       read the photometer      c         picture or pseudocolour",
+        "drag        turn the room            i         luminance or illuminance",
+        "wheel       nearer, farther          b         RGB or bands",
+        "shift drag  move the room            r         the camera's view",
+        "s           save the picture         o         from outside",
+        "h           hide these lines         q or Esc  close")
 
 
 @dataclass(frozen=True)
 class Shown:
     """What the window draws, worked out before it opens.
 
-    points : (n, 3), patches : (m, 4), as of a Skin
     colours : by mode and number of the solution, (n, 3) bytes or (n,) values
     tops : upper ends of the scales, by mode; camera : the scene's own or one from a corner, or None
     """
 
     solutions: tuple[Solution, ...]
-    points: np.ndarray
-    patches: np.ndarray
+    skin: Skin
     colours: dict[tuple[str, int], np.ndarray]
     tops: dict[str, float]
     camera: Pinhole | None
@@ -65,7 +62,7 @@ def shown(solutions: tuple[Solution, ...], progress: Progress) -> Shown:
     light = [light_on(solution, hull) for solution in solutions]
     progress(f"{first.scene.title}: exposure and scale")
     view = looks([(first.scene, first.transport)], PIXELS)[0][0]
-    surfaces = hull.lamp < 0
+    surfaces = first.transport.reflecting[hull.patch]
     if view is None:  # nowhere to look from: the vertices have to do
         seen, mask = [xyz for xyz, _ in light], surfaces
     else:
@@ -81,7 +78,7 @@ def shown(solutions: tuple[Solution, ...], progress: Progress) -> Shown:
         colours["luminance", k], colours["illuminance", k] = xyz[:, 1], illuminance
         if k in coloured:
             colours["picture", k] = tone_map(xyz @ balance, exposed)
-    return Shown(solutions, hull.points, hull.patches, colours, tops, view and view.camera)
+    return Shown(solutions, hull, colours, tops, view and view.camera)
 
 
 
@@ -114,16 +111,14 @@ class Window:
     def _draw_room(self) -> None:
         import pyvista
 
-        sides = np.where(self.shown.patches[:, 2] == self.shown.patches[:, 3], 3, 4)
-        table = np.column_stack([sides, self.shown.patches])
-        data = pyvista.PolyData(self.shown.points, faces=table[np.arange(5) <= sides[:, None]])
+        data = pyvista.PolyData.from_regular_faces(self.shown.skin.points, self.shown.skin.triangles)
         for (mode, k), values in self.shown.colours.items():
             data.point_data[f"{mode} {k}"] = values
         # lighting off: shading would falsify the colours. Back faces off: the near walls vanish.
         self.room = self.plotter.add_mesh(
             data, scalars="luminance 0", cmap=colour_map(), n_colors=4096, clim=(0, 1), nan_color="#808080",
             above_color="white", lighting=False, show_scalar_bar=False, culling="back",
-            edge_color="#202020", edge_opacity=0.35, reset_camera=False, copy_mesh=False)
+            reset_camera=False, copy_mesh=False)
         self.room.mapper.scalar_map_mode = "point_field"
 
     def _draw_marks(self) -> None:
@@ -140,7 +135,7 @@ class Window:
             self.plotter.add_point_labels(
                 meters, [f"  {plain(p.name)}" for p in scene.photometers], font_size=13, bold=False,
                 text_color="white", shape_color="black", shape_opacity=0.5, show_points=False,
-                tolerance=0.01, always_visible=False, reset_camera=False)
+                tolerance=0.002, always_visible=False, reset_camera=False)
         self.mark = self._points(np.zeros((1, 3)), "magenta")
         self.mark.SetVisibility(False)
 
@@ -248,8 +243,6 @@ class Window:
                 self.mode = "luminance"
             if self.place is not None:
                 self.read()
-        elif key == "e":
-            self.room.prop.show_edges = not self.room.prop.show_edges
         elif key == "h":
             self.helped = not self.helped
         elif key in ("r", "o"):
