@@ -19,7 +19,7 @@ def view(scene: str = "furnished_room", *, solving: Solving | None = None,
     from renderer.pictures.window.clicks import band_title, numbers
     from renderer.pictures.window.display import refuse_no_display
     from renderer.scene.reading import load
-    from renderer.studies.viewing import open_window
+    from renderer.studies.viewing import make_window
 
     solving, output = (solving or Solving()).checked(), output or Output()
     loaded = load(scene)
@@ -27,7 +27,7 @@ def view(scene: str = "furnished_room", *, solving: Solving | None = None,
     warn_before(loaded, solving.accuracy)
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
-        window = open_window(loaded, solving.bands, solving.accuracy, solving.seed, solving.rooms(), out,
+        window = make_window(loaded, solving.bands, solving.accuracy, solving.seed, solving.rooms(), out,
                              progress)
     warn(window.shown.solutions[0], [], 0.0)
     window.run()

@@ -7,7 +7,7 @@ from renderer.scene.reading import Scene
 from renderer.solution import Progress, Rooms, solve, solve_on
 
 
-def open_window(scene: Scene, bands: str | None, accuracy: float | None, seed: int | None, rooms: Rooms,
+def make_window(scene: Scene, bands: str | None, accuracy: float | None, seed: int | None, rooms: Rooms,
                 out: Path, progress: Progress) -> Window:
     """Solve a room in the bands asked and in RGB, or in 31 where RGB is asked, and make its window."""
     asked = solve(scene, bands, accuracy, seed, rooms, progress)

@@ -18,7 +18,7 @@ class Overlay:
         self.upper = _text(plotter, 1.0)
         self.lower = _text(plotter, 0.0)
         self.plotter = plotter
-        self.legend = None
+        self.legend, self.scale = None, None
 
     def write_upper(self, lines: list[str]) -> None:
         """Show lines in the upper left corner."""
@@ -30,6 +30,9 @@ class Overlay:
 
     def show_legend(self, top: float | None, unit: str) -> None:
         """Show a scale from 0 to `top`, or none."""
+        if (top, unit) == self.scale:
+            return
+        self.scale = top, unit
         if self.legend is not None:
             self.plotter.remove_actor(self.legend, render=False)
         self.legend = None

@@ -14,7 +14,7 @@ from renderer.pictures.pseudocolour import colour_map, scale_top
 from renderer.pictures.report.viewpoint import looks
 from renderer.pictures.sheet import plain
 from renderer.pictures.window.clicks import Click, band_title, place_at, said
-from renderer.pictures.window.light import Skin, light_on, skin
+from renderer.pictures.window.light import Skin, first_front, light_on, skin
 from renderer.pictures.window.overlay import Overlay
 from renderer.solution import Progress, Solution
 
@@ -81,7 +81,6 @@ def shown(solutions: tuple[Solution, ...], progress: Progress) -> Shown:
     return Shown(solutions, hull, colours, tops, view and view.camera)
 
 
-
 class Window:
     """The window and what the user has done in it: readings taken (band set, Click), files saved.
 
@@ -122,22 +121,35 @@ class Window:
         self.room.mapper.scalar_map_mode = "point_field"
 
     def _draw_marks(self) -> None:
-        """Points for photometers, with their names, and for luminaires that have no face."""
+        """Points for photometers, for luminaires that have no face, and for the place clicked on."""
         scene = self.shown.solutions[0].scene
         normals = np.array([p.normal for p in scene.photometers]).reshape(-1, 3)
         normals = normals / np.linalg.norm(normals, axis=1)[:, None]
         meters = self._inside([p.position for p in scene.photometers]) + FRONT * normals
+        self.meters = meters
         bare = self._inside([lum.center for lum in scene.luminaires if lum.outline is None])
         for points, colour in ((meters, "white"), (bare, "yellow")):
             if len(points):
                 self._points(points, colour)
-        if len(meters):
-            self.plotter.add_point_labels(
-                meters, [f"  {plain(p.name)}" for p in scene.photometers], font_size=13, bold=False,
-                text_color="white", shape_color="black", shape_opacity=0.5, show_points=False,
-                tolerance=0.002, always_visible=False, reset_camera=False)
         self.mark = self._points(np.zeros((1, 3)), "magenta")
         self.mark.SetVisibility(False)
+
+    def _name_meters(self) -> None:
+        """Names beside the photometers that the eye sees."""
+        transport, eye = self.solution.transport, np.array(self.plotter.camera.position)
+        names, places = [], []
+        for table, place in zip(self.solution.scene.photometers, self.meters, strict=True):
+            away = np.linalg.norm(place - eye)
+            met = first_front(transport, self._outside(eye), (place - eye) / away)
+            if met is None or np.linalg.norm(self._inside(met[1])[0] - eye) > away - 2 * FRONT:
+                names.append(f"  {plain(table.name)}")
+                places.append(place)
+        self.plotter.remove_actor("names", render=False)
+        if names:
+            self.plotter.add_point_labels(
+                np.array(places), names, name="names", font_size=13, bold=False, text_color="white",
+                shape_color="black", shape_opacity=0.5, show_points=False, always_visible=True,
+                reset_camera=False, render=False)
 
     def _points(self, points: np.ndarray, colour: str):
         return self.plotter.add_points(points, color=colour, point_size=POINT, lighting=False,
@@ -147,6 +159,11 @@ class Window:
         """Places (k, 3) [m] as the window has them, the room about 0 and its longest side 1."""
         mesh = self.shown.solutions[0].transport.mesh
         return (np.array(places).reshape(-1, 3) - mesh.middle) / mesh.scale
+
+    def _outside(self, place: np.ndarray) -> np.ndarray:
+        """A place (3,) of the window in the room [m]."""
+        mesh = self.shown.solutions[0].transport.mesh
+        return place * mesh.scale + mesh.middle
 
     @property
     def solution(self) -> Solution:
@@ -164,6 +181,7 @@ class Window:
         state = f"{self.solution.scene.title}: {band_title(self.solution)}, {self.mode}"
         self.overlay.write_upper([state, *KEYS] if self.helped else [f"{state}    (h: keys)"])
         self.overlay.write_lower([*self.lines, *([self.note] if self.note else [])])
+        self._name_meters()
         self.plotter.render()
 
     def reset(self) -> None:
@@ -189,7 +207,7 @@ class Window:
     def sight(self, x: float, y: float) -> tuple[np.ndarray, np.ndarray]:
         """The eye (3,) [m], and the direction (3,) that it looks in through a pixel of the window, counted
         from its lower left corner."""
-        camera, mesh = self.plotter.camera, self.solution.transport.mesh
+        camera = self.plotter.camera
         eye, focus = np.array(camera.position), np.array(camera.focal_point)
         forward = (focus - eye) / np.linalg.norm(focus - eye)
         right = np.cross(forward, camera.up)
@@ -198,7 +216,7 @@ class Window:
         spread = np.tan(np.radians(camera.view_angle / 2)) * width / height
         seen = Pinhole(eye, np.stack([right, np.cross(right, forward), forward]), width, height, spread)
         direction = seen.directions(np.array([x + 0.5]), np.array([height - y - 0.5]))[0]
-        return eye * mesh.scale + mesh.middle, direction
+        return self._outside(eye), direction
 
     def click(self, x: float, y: float) -> None:
         """Read the photometer at what a pixel shows, and mark the place."""
@@ -216,6 +234,7 @@ class Window:
         click, self.lines = said(self.solution, self.place)
         if click is not None:
             self.readings.append((self.solution, click))
+        self.refresh()
 
     def save(self) -> None:
         """Write what the window shows beside earlier pictures, and say where."""
@@ -276,6 +295,7 @@ class Window:
         iren.clear_key_event_callbacks()
         iren.style.add_observer("LeftButtonPressEvent", press)
         iren.style.add_observer("LeftButtonReleaseEvent", release)
+        iren.style.add_observer("EndInteractionEvent", lambda *_: asked.append((self.refresh,)))
         iren.style.add_observer("CharEvent", lambda *_: None)  # or VTK's own keys do things as well
         iren.add_observer("KeyPressEvent", key)
         iren.add_observer("ExitEvent", lambda *_: asked.append(("close",)))
@@ -288,7 +308,6 @@ class Window:
                     if what == "close":
                         return
                     what(*at)
-                    self.refresh()
                 time.sleep(TURN)
         finally:
             plotter.close()
