@@ -89,6 +89,20 @@ def test_the_window_s_light_is_the_photometer_s(room):
         assert xyz[k, 1] == pytest.approx(0.5 * illuminance[k] / np.pi, rel=1e-9)
 
 
+@pytest.mark.parametrize("center", [[2.0, 2.0, 3.0], [2.5, 1.5, 2.0]])  # mounted, and in mid-air
+def test_every_triangle_is_of_one_thing_and_all_are_there(room, center):
+    transport = renderer.solve(room(0.5, luminaires=[{**PANEL, "center": center}]), bands="rgb",
+                               accuracy=0.1).transport
+    hull, scale = skin(transport), transport.mesh.scale
+    of = transport.mesh.surface[hull.patch][hull.triangles]
+    assert (of == of[:, :1]).all()
+    a, b, c = np.moveaxis(hull.points[hull.triangles] * scale, 1, 0)
+    areas = np.bincount(of[:, 0], np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+    mounted = center[2] == 3.0
+    # floor, ceiling, four walls, the panel: both of its sides where it hangs free.
+    np.testing.assert_allclose(areas, [16, 16 - mounted, 12, 12, 12, 12, 1 if mounted else 2], rtol=1e-9)
+
+
 @pytest.mark.parametrize("scale", [1e-3 / 4, 1.0, 2500.0])
 def test_rooms_of_a_millimetre_and_of_ten_kilometres_are_drawn_alike(room, scale):
     panel = {**PANEL, "center": [2 * scale, 2 * scale, 3 * scale], "size": [scale, scale]}

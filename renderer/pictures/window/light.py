@@ -66,12 +66,9 @@ def _patches_at(transport: Transport, vertices: np.ndarray) -> tuple[np.ndarray,
     mesh = transport.mesh
     share = np.where(transport.reflecting, transport.exchange.areas / mesh.area, 0.0)
     order = np.argsort(share, kind="stable")  # what is written last stays
-    patch, corner = np.zeros((2, len(mesh.vertices)), dtype=int)
-    for k in range(4):
-        patch[mesh.patches[order, k]] = order
-    for k in reversed(range(4)):  # a triangle's last corner is its third
-        corner[vertices[mesh.patches[patch[vertices], k] == vertices]] = k
-    return patch[vertices], corner[vertices]
+    patch = np.zeros(len(mesh.vertices), dtype=int)
+    patch[mesh.patches[order].ravel()] = np.repeat(order, 4)
+    return patch[vertices], (mesh.patches[patch[vertices]] == vertices[:, None]).argmax(axis=1)
 
 
 def lamp_of(transport: Transport, surface: int) -> int | None:

@@ -9,6 +9,8 @@ from renderer.pictures.sheet import plain
 
 MARGIN, FONT, LINE = 10, 15, 96
 """Distance from the window's edge and height of letters [pixels]; letters in a line."""
+KEYS_HEIGHT, LEGEND_HEIGHTS = 150, (180, 420)
+"""What the legend leaves free above itself, and its own least and greatest height [pixels]."""
 
 
 class Overlay:
@@ -30,16 +32,23 @@ class Overlay:
 
     def show_legend(self, top: float | None, unit: str) -> None:
         """Show a scale from 0 to `top`, or none."""
-        if (top, unit) == self.scale:
+        height = int(np.clip(self.plotter.window_size[1] - KEYS_HEIGHT, *LEGEND_HEIGHTS))
+        if (top, unit, height) == self.scale:
             return
-        self.scale = top, unit
+        self.scale = top, unit, height
         if self.legend is not None:
             self.plotter.remove_actor(self.legend, render=False)
         self.legend = None
         if top is not None:
-            height = min(420, self.plotter.window_size[1] - 2 * MARGIN)
             self.legend = _picture(legend(height, top, unit))
             self.plotter.add_actor(self.legend, render=False, reset_camera=False)
+
+    def come_forward(self) -> None:
+        """Be drawn last, before names in the room that came later."""
+        for actor in (self.legend, self.upper, self.lower):
+            if actor is not None:
+                self.plotter.renderer.RemoveViewProp(actor)
+                self.plotter.renderer.AddViewProp(actor)
 
 
 def _text(plotter, height: float):

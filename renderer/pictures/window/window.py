@@ -182,6 +182,7 @@ class Window:
         self.overlay.write_upper([state, *KEYS] if self.helped else [f"{state}    (h: keys)"])
         self.overlay.write_lower([*self.lines, *([self.note] if self.note else [])])
         self._name_meters()
+        self.overlay.come_forward()
         self.plotter.render()
 
     def reset(self) -> None:
