@@ -176,7 +176,8 @@ def test_a_display_is_asked_for_only_where_there_is_such_a_thing(monkeypatch, pl
 def screen():
     """The environment of an X server without a screen, of 1400 × 1000 pixels."""
     reading, writing = os.pipe()
-    words = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1400x1000x24", "-nolisten", "tcp"]
+    # Without -noreset it starts anew whenever its last client, xdotool perhaps, has left.
+    words = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1400x1000x24", "-noreset"]
     server = subprocess.Popen(words, pass_fds=[writing], stderr=subprocess.DEVNULL)
     os.close(writing)
     with os.fdopen(reading) as number:

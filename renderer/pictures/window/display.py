@@ -13,6 +13,8 @@ window = vtkRenderWindow()
 window.SetShowWindow(False)
 print(window.GetClassName() if window.SupportsOpenGL() else "no OpenGL")
 """
+ON_SCREEN = "vtkXOpenGLRenderWindow"
+"""What VTK makes under X; where it cannot, one that draws unseen."""
 PATIENCE = 30.0
 """Seconds for a display, which may be on another machine, to answer."""
 INSTEAD = "renderer report SCENE makes a page with the same room and photometer for any browser."
@@ -32,6 +34,12 @@ def refuse_no_display() -> None:
                               timeout=PATIENCE, stdin=subprocess.DEVNULL).stdout
     except subprocess.TimeoutExpired:
         said = ""
-    if "vtkXOpenGLRenderWindow" not in said:
+    if ON_SCREEN not in said:
         raise DisplayError(f"no window can be opened on DISPLAY {display!r} (no X server answers there, or "
                            f"it has no OpenGL, or libX11 or libGL is not installed). {INSTEAD}")
+
+
+def refuse_unseen(render_window) -> None:
+    """Raise DisplayError where VTK has made no window after all: the display has gone since it was asked."""
+    if sys.platform not in ("darwin", "win32") and render_window.GetClassName() != ON_SCREEN:
+        raise DisplayError(f"the display {os.environ.get('DISPLAY')!r} answers no more. {INSTEAD}")

@@ -14,6 +14,7 @@ from renderer.pictures.pseudocolour import colour_map, scale_top
 from renderer.pictures.report.viewpoint import looks
 from renderer.pictures.sheet import plain
 from renderer.pictures.window.clicks import Click, band_title, place_at, said
+from renderer.pictures.window.display import refuse_unseen
 from renderer.pictures.window.light import Skin, first_front, light_on, skin
 from renderer.pictures.window.overlay import Overlay
 from renderer.solution import Progress, Solution
@@ -100,6 +101,7 @@ class Window:
         self.note = ""
         scene = shown.solutions[0].scene
         self.plotter = pyvista.Plotter(window_size=SIZE, title=scene.title, off_screen=False, notebook=False)
+        refuse_unseen(self.plotter.render_window)
         self.plotter.background_color = "#5a5f66"
         self._draw_room()
         self._draw_marks()
