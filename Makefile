@@ -25,6 +25,7 @@ pictures: $(VENV)/tested
 	$(BIN)/python docs/pictures.py
 	$(BIN)/renderer report --quiet > /dev/null
 	$(BIN)/python docs/report_picture.py
+	$(BIN)/python docs/window_picture.py
 
 validation: $(VENV)/installed
 	$(BIN)/renderer validate --quiet > /dev/null

@@ -1,4 +1,4 @@
-"""The two ways a run can refuse, each one sentence long."""
+"""The ways a run can refuse, each one sentence long."""
 
 
 class InputError(Exception):
@@ -7,6 +7,10 @@ class InputError(Exception):
 
 class SolveError(Exception):
     """The scene is well formed but has no answer (no steady state, too large for the memory)."""
+
+
+class DisplayError(Exception):
+    """There is no display to open a window on."""
 
 
 class CacheWarning(UserWarning):

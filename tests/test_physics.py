@@ -125,6 +125,16 @@ def test_a_pendant_panel_is_opaque_and_black_on_its_back(room):
     assert solution.energy_balance_error < 1e-6
 
 
+@pytest.mark.parametrize("tilt", [0.0, 0.1, 0.2, 0.3, 0.5, 0.8])
+def test_a_tilted_panel_does_not_light_itself(room, tilt):
+    # Its front lies in its own plane only to within rounding, which is one sign or the other.
+    panel = {**PANEL, "center": [1.0, 1.0, 2.0], "normal": [0.0, tilt, -1.0], "size": [0.5, 0.5]}
+    transport = renderer.solve(room(0.5, luminaires=[panel]), accuracy=0.1).transport
+    assert (transport.direct[~transport.reflecting] == 0).all()
+    # Every lumen arrives on the room: 0.01 is the sampling of the horizon's patches, at 10 %.
+    assert abs(transport.lost[0]) < 0.01
+
+
 def test_an_object_takes_direct_light_away_and_never_adds(room):
     spots = [[x, y, 0.0] for x in (0.3, 2.0, 3.5) for y in (0.4, 2.5, 3.6)]
     empty, full = (renderer.solve(room(0.0, objects=o), accuracy=0.05) for o in ([], [BOX]))

@@ -6,17 +6,18 @@ import warnings
 
 from cyclopts import App, CycloptsError
 
-from renderer.cli import luminaires, planning, readings, rooms, studies, sweeping
+from renderer.cli import luminaires, planning, readings, rooms, studies, sweeping, viewing
 from renderer.cli.terminal import interrupt, leave, say
-from renderer.errors import CacheWarning, InputError, SolveError
+from renderer.errors import CacheWarning, DisplayError, InputError, SolveError
 
 app = App(name="renderer", help="Does it matter that lighting software models colour as RGB? "
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
           "measures the difference.", version_flags=["--version"], help_format="plaintext",
           suppress_keyboard_interrupt=False)
-for command in (rooms.compare, rooms.report, rooms.render, rooms.pseudocolour, readings.photometer,
-                readings.luminance, readings.ugr, studies.validate, studies.spectrum, studies.gamut,
-                studies.tradeoff, sweeping.sweep, luminaires.luminaire, planning.plan):
+for command in (rooms.compare, rooms.report, viewing.view, rooms.render, rooms.pseudocolour,
+                readings.photometer, readings.luminance, readings.ugr, studies.validate,
+                studies.spectrum, studies.gamut, studies.tradeoff, sweeping.sweep, luminaires.luminaire,
+                planning.plan):
     app.command(command)
 app.command(planning.cache)
 
@@ -35,7 +36,7 @@ def main() -> None:
         leave(f"{' '.join(str(error).split())} See renderer --help.", 2)
     except InputError as error:
         leave(str(error), 2)
-    except SolveError as error:
+    except (SolveError, DisplayError) as error:
         leave(str(error), 1)
     except MemoryError:
         leave("the memory is used up. Give a looser --accuracy or a larger patch_size.", 1)

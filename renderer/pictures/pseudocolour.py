@@ -37,7 +37,7 @@ def pseudocolour(luminance: np.ndarray, top: float) -> np.ndarray:
     return colour_map()(luminance / top, bytes=True)[..., :3]
 
 
-def legend(height: int, top: float) -> np.ndarray:
+def legend(height: int, top: float, unit: str = "cd/m²") -> np.ndarray:
     """The scale as a picture (height, LEGEND_WIDTH, 3), to stand to the right of a map."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -45,17 +45,17 @@ def legend(height: int, top: float) -> np.ndarray:
     figure = Figure(figsize=(LEGEND_WIDTH / 100, height / 100), dpi=100)
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.14, 0.06, 0.2, 0.82))
-    draw_legend(figure, axes, top)
+    draw_legend(figure, axes, top, unit=unit)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     return np.array(Image.open(buffer).convert("RGB").resize((LEGEND_WIDTH, height)))
 
 
-def draw_legend(figure, axes, top: float, size: float = 9) -> None:
+def draw_legend(figure, axes, top: float, size: float = 9, unit: str = "cd/m²") -> None:
     """Draw the scale into a matplotlib axes."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
     bar = figure.colorbar(ScalarMappable(Normalize(0, top), colour_map()), cax=axes, extend="max")
     bar.ax.tick_params(labelsize=size)
-    bar.ax.set_title("cd/m²", fontsize=size, pad=10)
+    bar.ax.set_title(unit, fontsize=size, pad=10)

@@ -172,14 +172,15 @@ def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.
     if lum.distribution is not None:
         return measured_flux(mesh, patch, lum, lambda at, normals: unoccluded(at, normals, [lum])[:, 0])
     corners = mesh.corners[patch]
-    front = np.einsum("ki,ki->k", lum.center - mesh.centroid[patch], mesh.normal[patch]) > 0
+    # A tilted face lies in its own plane to within rounding.
+    slack = 1e-12 * mesh.scale
+    front = np.einsum("ki,ki->k", lum.center - mesh.centroid[patch], mesh.normal[patch]) > slack
     if lum.outline is None:
         if not lum.lambertian:
             return np.where(front, _solid_angles(corners - lum.center) / (4 * np.pi), 0.0)
         center, normal = (np.broadcast_to(x, (len(patch), 3)) for x in (lum.center, lum.normal))
         return polygon_factors(center, normal, corners)
     height = (corners - lum.center) @ lum.normal
-    slack = 1e-12 * mesh.scale
     side = (lum.outline[None] - mesh.centroid[patch, None]) @ mesh.normal[patch][:, :, None]
     flux = np.zeros(len(patch))
     whole = (height >= -slack).all(axis=1) & (side[..., 0] >= -slack).all(axis=1) & front

@@ -1,0 +1,33 @@
+"""The picture of the window that the pages show: `renderer view` from outside, clicked in, under Xvfb.
+
+    .venv/bin/python docs/window_picture.py
+"""
+
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+from renderer.scene.reading import load
+from renderer.solution import Rooms
+from renderer.studies.viewing import make_window
+
+DOCS = Path(__file__).parent
+
+reading, writing = os.pipe()
+server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", "1400x1000x24", "-noreset"],
+                          pass_fds=[writing], stderr=subprocess.DEVNULL)
+os.close(writing)
+with os.fdopen(reading) as number, tempfile.TemporaryDirectory() as folder:
+    os.environ["DISPLAY"] = f":{number.readline().strip()}"
+    window = make_window(load("furnished_room"), None, None, None, Rooms(), Path(folder), lambda step: None)
+    window.plotter.show(interactive_update=True, auto_close=False)
+    for key in ("c", "o"):
+        window.press(key)
+    window.click(660, 240)
+    window.press("s")
+    Image.open(window.files[0]).convert("RGB").save(DOCS / "pictures" / "window.png", optimize=True)
+    window.plotter.close()
+server.terminate()

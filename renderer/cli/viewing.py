@@ -1,0 +1,44 @@
+"""The command that opens a window: view."""
+
+from renderer.cli.options import Output, Solving
+from renderer.cli.terminal import list_files, progress_shown, show, show_laws, warn, warn_before
+
+
+def view(scene: str = "furnished_room", *, solving: Solving | None = None,
+         output: Output | None = None) -> None:
+    """A window on one room: turn it, click for a reading, switch to pseudocolour and to RGB by keys.
+
+    Readings are said again on the terminal when it is closed. Without a display: renderer report.
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    """
+    from renderer.files import output_folder
+    from renderer.pictures.window.clicks import band_title, numbers
+    from renderer.pictures.window.display import refuse_no_display
+    from renderer.scene.reading import load
+    from renderer.studies.viewing import make_window
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    loaded = load(scene)
+    refuse_no_display()
+    warn_before(loaded, solving.accuracy)
+    out = output_folder(output.out)
+    with progress_shown(output.quiet) as progress:
+        window = make_window(loaded, solving.bands, solving.accuracy, solving.seed, solving.rooms(), out,
+                             progress)
+    warn(window.shown.solutions[0], [], 0.0)
+    window.run()
+    rows = [[click.place.surface, band_title(solution), numbers(click.place.position),
+             numbers(click.place.normal), f"{click.reading.direct_lx:.2f}",
+             f"{click.reading.indirect_lx:.2f}", f"{click.reading.total_lx:.2f}",
+             f"± {click.reading.uncertainty:.2g}", f"{click.luminance:.4g}"]
+            for solution, click in window.readings]
+    if rows:
+        show(f"{loaded.title}: readings taken [lx]",
+             ["surface", "bands", "at [m]", "normal", "direct", "indirect", "total", "95 %", "cd/m²"], rows)
+    show_laws([window.shown.solutions[0]])
+    if window.files:
+        list_files(window.files, out)

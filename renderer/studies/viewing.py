@@ -1,0 +1,21 @@
+"""One room solved for a window: in two band sets on one mesh, with what error bars need."""
+
+from pathlib import Path
+
+from renderer.pictures.window.window import Window, shown
+from renderer.scene.reading import Scene
+from renderer.solution import Progress, Rooms, solve, solve_on
+
+
+def make_window(scene: Scene, bands: str | None, accuracy: float | None, seed: int | None, rooms: Rooms,
+                out: Path, progress: Progress) -> Window:
+    """Solve a room in the bands asked and in RGB, or in 31 where RGB is asked, and make its window."""
+    asked = solve(scene, bands, accuracy, seed, rooms, progress)
+    other = "rgb" if asked.bands.name not in ("rgb", "rgb-prefiltered") else "31"
+    solutions = (asked, solve_on(scene, scene.band_set(other), asked.plan, rooms, asked.transport))
+    progress(f"{scene.title}: what error bars of readings need")
+    for solution in solutions:  # else the first click would wait for them
+        _ = solution.family, solution.by_bands
+    drawn = shown(solutions, progress)
+    progress(f"{scene.title}: the window")
+    return Window(drawn, out)
