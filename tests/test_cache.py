@@ -121,7 +121,7 @@ def test_another_geometry_setting_or_program_has_its_own(room, tmp_path, monkeyp
         return len(list(kept.folder.iterdir()))
 
     counts = [files(), files(), files(crate={"rotation": 10.0}), files(accuracy=0.03), files(seed=1)]
-    monkeypatch.setattr(cache, "_code", lambda: "another version")
+    monkeypatch.setattr(cache, "code", lambda: "another version")
     counts.append(files())
     assert counts == [3, 3, 6, 9, 12, 15]
 
