@@ -36,7 +36,7 @@ class Cache:
 
         A damaged file is made anew, with a warning; a folder that cannot be written to is one, too.
         """
-        path = self.folder / f"{_digest(f'{_code()} {key}'.encode()).hex()}.kept"
+        path = self.folder / f"{_digest(f'{code()} {key}'.encode()).hex()}.kept"
         try:
             held = path.read_bytes()
             os.utime(path)
@@ -109,7 +109,7 @@ def _digest(data) -> bytes:
 
 
 @cache
-def _code() -> str:
+def code() -> str:
     """What the arrays depend on beside their key: this program's geometry and transport, and its packages."""
     package = Path(__file__).parent
     sources = sorted([*package.glob("scene/**/*.py"), *package.glob("transport/*.py")])

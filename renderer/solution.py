@@ -16,6 +16,7 @@ from renderer.readings.photometer import Meter, make_meter
 from renderer.readings.reconstruction import reconstructed
 from renderer.readings.uncertainty import Figure, half_widths
 from renderer.scene.reading import Scene
+from renderer.transport.form_factors import Rows
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import Transport, compute, compute_transport
 
@@ -92,10 +93,12 @@ class Rooms:
     """Transports already computed: rooms of one shape share one, whatever their materials.
 
     cache : where they are kept between runs; None for nowhere
+    elsewhere : as in `Transport`
     """
 
     cache: Cache | None = None
     kept: dict = field(default_factory=dict)
+    elsewhere: Rows | None = None
 
     def transport(self, scene: Scene, plan: Plan, seed: int,
                   progress: Progress = lambda step: None) -> Transport:
@@ -103,7 +106,8 @@ class Rooms:
         key = (scene.geometry_key, plan.patch_size, plan.rays, seed)
         if key not in self.kept:
             progress(f"{scene.title}: form factors; {'; '.join(plan.reasons)}")
-            self.kept[key] = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key))
+            self.kept[key] = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key),
+                                               self.elsewhere)
         return self.kept[key]
 
     def _remember(self, key: tuple):

@@ -54,6 +54,8 @@ class Solving:
     "Of everything random; else as the scene says."
     no_cache: Annotated[bool, Parameter(negative="")] = False
     "Use no form factors kept between runs, and keep none."
+    scheduler: str | None = None
+    "The address of a Dask scheduler (install renderer[cluster]) for large work; else the cores here."
 
     def checked(self) -> "Solving":
         """Refuse what the types let through."""
@@ -65,11 +67,13 @@ class Solving:
 
 
     def rooms(self):
-        """Where form factors come from: computed, or kept between runs."""
+        """Where form factors come from: computed, perhaps on a cluster, or kept. Raises InputError."""
         from renderer.cache import user_cache
         from renderer.solution import Rooms
+        from renderer.studies.cluster import rows_on
 
-        return Rooms(None if self.no_cache else user_cache())
+        elsewhere = rows_on(self.scheduler) if self.scheduler is not None else None
+        return Rooms(None if self.no_cache else user_cache(), elsewhere=elsewhere)
 
 
 @Parameter(name="*")

@@ -161,6 +161,8 @@ def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | Non
     for option, value in (("--bands", solving.bands), ("--accuracy", solving.accuracy)):
         if value is not None:
             raise InputError(f"{option} has no place in tradeoff, which tries them all. Remove it.")
+    if solving.scheduler is not None:
+        raise InputError("--scheduler has no place in tradeoff, which times this machine. Remove it.")
     loaded, out = load(scene), output_folder(output.out)
     with progress_shown(output.quiet) as progress:
         found = measure(loaded, solving.seed, progress)

@@ -9,7 +9,7 @@ from renderer.cli.options import Output, Solving
 from renderer.cli.terminal import list_files, progress_shown
 
 
-def sweep(study: str, *, scheduler: str | None = None, check: Annotated[bool, Parameter(negative="")] = False,
+def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
           solving: Solving | None = None, output: Output | None = None) -> None:
     """Many rooms in one table: any keys of scene files, every combination of their values.
 
@@ -19,8 +19,6 @@ def sweep(study: str, *, scheduler: str | None = None, check: Annotated[bool, Pa
     ----------
     study
         A study file: `scenes = ["grey_room"]`, and in `[vary]` keys of them with lists of values.
-    scheduler
-        The address of a Dask scheduler (install renderer[cluster]); else the cores here.
     check
         Only check the file, and say how many rooms it makes.
     """
@@ -35,6 +33,6 @@ def sweep(study: str, *, scheduler: str | None = None, check: Annotated[bool, Pa
         return
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
-        files, now, total = run(read, out, not solving.no_cache, scheduler, progress)
+        files, now, total = run(read, out, not solving.no_cache, solving.scheduler, progress)
     print(f"{read.path}: {total} rooms, {now} of them solved now")
     list_files(files, out)

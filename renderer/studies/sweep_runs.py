@@ -18,6 +18,7 @@ from renderer.errors import InputError, SolveError
 from renderer.files import whole_file
 from renderer.readings.alpha_opic import equivalent_daylight
 from renderer.solution import Progress, Rooms
+from renderer.studies.cluster import as_done, connected
 from renderer.studies.sweep import Base, Case, Study, identity, scene_of
 
 BATCH, PIECES = 16, 4
@@ -148,22 +149,8 @@ def _on_cores(batches: list[Batch]) -> Iterator[list]:
 
 def _on_cluster(batches: list[Batch], scheduler: str) -> Iterator[list]:
     """The same on Dask workers, which have this program installed and see the same files."""
-    try:
-        from distributed import Client
-        from distributed import as_completed as completed
-    except ImportError:
-        raise InputError("--scheduler needs Dask distributed, which is not installed. Give "
-                         "pip install 'renderer[cluster]', or leave --scheduler out.") from None
-    try:
-        client = Client(scheduler, timeout="5s")
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(f"--scheduler is {scheduler!r}, where no scheduler answers ({error}). Give its "
-                         "address, as tcp://10.0.0.1:8786.") from None
-    with client:
-        futures = [client.submit(_run, batch, pure=False, retries=TRIES) for batch in batches]
-        for future in completed(futures):
-            yield future.result()
-            future.release()
+    with connected(scheduler) as client:
+        yield from as_done([client.submit(_run, batch, pure=False, retries=TRIES) for batch in batches])
 
 
 def _run(batch: Batch) -> list:

@@ -1,5 +1,7 @@
 """Form factors: who exchanges light with whom, exactly or by rays."""
 
+from collections.abc import Callable, Iterable
+
 import numpy as np
 from scipy import sparse
 
@@ -19,6 +21,12 @@ BURIED = 0.02
 FEW, MANY = 16, 40_000
 """Rays of a patch in each independent part, at least, and patches at most; else all rays are one part,
 and what they err by is told by a coarser mesh with fewer."""
+SENT = 10_000_000
+"""Rays of a mesh from which other machines cast them, where there are any; fewer are done here sooner."""
+
+Rows = Callable[[Mesh, Nets, int], Iterable[tuple[int, np.ndarray, int]]]
+"""Has the rays of a mesh cast elsewhere, so many rows at a time: of each block, in any order, its first row,
+what `cast_rows` says of it, and how many rays that took."""
 
 
 def contour_exchange(mesh: Mesh) -> Exchange:
@@ -59,36 +67,48 @@ def independent_parts(patches: int, rays: int) -> int:
     return REPLICAS if rays >= FEW * REPLICAS and patches <= MANY else 1
 
 
-def cast(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...]) -> np.ndarray:
+def cast(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...],
+         elsewhere: Rows | None = None) -> np.ndarray:
     """The patch that each of `rays` cosine-distributed rays from points all over each patch meets
     (n_patches, rays); INSIDE where the ray starts covered up, NOTHING where it is lost.
 
-    rays : a power of 2, in independent nets one after the other.
+    rays : a power of 2, in independent nets one after the other; elsewhere : casts SENT rays and more.
     """
     n = len(mesh.patches)
     parts = independent_parts(n, rays)
     nets = Nets(rays // parts, 4, seed, parts)
-    axes = frames(mesh.normal)
     hits = np.empty((n, rays), dtype=np.int32)
+    step = max(1, CHUNK // rays)
 
     def work(start: int, stop: int) -> None:
-        patch = np.arange(start, stop)
-        square = nets.draw(start, stop)
-        origins = visibility.off(mesh.spread(patch, square[..., :2]), mesh.normal[patch][:, None])
-        directions = cosine_directions(square[..., 2:], axes[patch])
-        found = visibility.first_hit(origins.reshape(-1, 3), directions.reshape(-1, 3))
-        found = found.reshape(-1, rays)
-        # A ray is lost where the surface is covered (a crate's foot) or where light escapes.
-        partly = np.flatnonzero((found < 0).any(axis=1))
-        inside = visibility.inside_solid(origins[partly].reshape(-1, 3),
-                                         np.repeat(mesh.normal[start + partly], rays, axis=0))
-        lost = np.where(found[partly] < 0, NOTHING, found[partly])
-        found[partly] = np.where(inside.reshape(-1, rays), INSIDE, lost)
-        hits[start:stop] = found
+        hits[start:stop] = cast_rows(mesh, visibility, nets, start, stop)
 
-    in_threads(work, n, max(1, CHUNK // rays))
+    if elsewhere is None or hits.size < SENT:
+        in_threads(work, n, step)
+    else:
+        for start, rows, taken in elsewhere(mesh, nets, step):
+            hits[start : start + len(rows)] = rows
+            visibility.rays += taken
     hits[~visibility.exposed] = INSIDE
     return hits
+
+
+def cast_rows(mesh: Mesh, visibility: Visibility, nets: Nets, start: int, stop: int) -> np.ndarray:
+    """What the rays from patches start to stop meet (stop − start, rays), covered patches among them: alike
+    for equal `start` and `stop`, whichever core or machine asks."""
+    patch = np.arange(start, stop)
+    square = nets.draw(start, stop)
+    origins = visibility.off(mesh.spread(patch, square[..., :2]), mesh.normal[patch][:, None])
+    directions = cosine_directions(square[..., 2:], frames(mesh.normal[patch]))
+    found = visibility.first_hit(origins.reshape(-1, 3), directions.reshape(-1, 3)).astype(np.int32)
+    found = found.reshape(len(patch), -1)
+    # A ray is lost where the surface is covered (a crate's foot) or where light escapes.
+    partly = np.flatnonzero((found < 0).any(axis=1))
+    inside = visibility.inside_solid(origins[partly].reshape(-1, 3),
+                                     np.repeat(mesh.normal[start + partly], found.shape[1], axis=0))
+    lost = np.where(found[partly] < 0, NOTHING, found[partly])
+    found[partly] = np.where(inside.reshape(lost.shape), INSIDE, lost)
+    return found
 
 
 def count(mesh: Mesh, hits: np.ndarray) -> Exchange:

@@ -19,6 +19,7 @@ from renderer.transport.contour import HORIZON, point_factors
 from renderer.transport.direct import direct_on_patches
 from renderer.transport.exchange import Exchange, from_arrays
 from renderer.transport.form_factors import (
+    Rows,
     cast,
     contour_exchange,
     count,
@@ -52,6 +53,7 @@ class Transport:
     room, mesh, luminaires, seed
     visibility : None where nothing can stand between two points
     remember : called with a name and what makes its arrays; returns those, made or kept
+    elsewhere : casts the rays of a large mesh on other machines; None for here
     """
 
     room: Room
@@ -62,13 +64,14 @@ class Transport:
     seed: int
     visibility: Visibility | None
     remember: Callable[[str, Callable[[], Arrays]], Arrays] = compute
+    elsewhere: Rows | None = None
     seconds: float = field(default=0.0)
 
     @cached_property
     def hits(self) -> np.ndarray:
         """What the rays from each patch meet (n_patches, rays)."""
         return self.remember("rays", lambda: {"hits": cast(
-            self.mesh, self.visibility, self.rays_per_patch, (self.seed, 1))})["hits"]
+            self.mesh, self.visibility, self.rays_per_patch, (self.seed, 1), self.elsewhere)})["hits"]
 
     @cached_property
     def exchange(self) -> Exchange:
@@ -175,17 +178,17 @@ class Transport:
 
 
 def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
-                      remember=compute) -> Transport:
+                      remember=compute, elsewhere: Rows | None = None) -> Transport:
     """Divide the room into patches and find out who exchanges light with whom.
 
     patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches;
-    remember : as in `Transport`.
+    remember, elsewhere : as in `Transport`.
     """
     started = time.perf_counter()
     luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     mesh = build_mesh(scene, luminaires, patch_size)
     transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed,
-                          Visibility(mesh) if rays else None, remember)
+                          Visibility(mesh) if rays else None, remember, elsewhere)
     _refuse_hidden(scene, transport)
     if transport.parts == 1:
         transport.__dict__.pop("hits", None)  # counted, and as large as the rest
