@@ -30,7 +30,8 @@ def main() -> None:
         taken = os.wait4(reading.pid, 0)[2].ru_maxrss * 1024
         seconds = time.perf_counter() - started
         rays = f"{said['rays'] / got['rays']:.2f}" if got["rays"] else "none"
-        bar = max(meter["illuminance_lx"]["uncertainty"] / meter["illuminance_lx"]["total"] for meter in got["photometers"])
+        lux = [meter["illuminance_lx"] for meter in got["readings"]]
+        bar = max(meter["uncertainty"] / meter["total"] for meter in lux)
         print(f"{' '.join(run):34}{said['patches']:>8}/{got['patches']:<7}{rays:>8}"
               f"{said['seconds']:>9.1f}/{seconds:.1f} = {said['seconds'] / seconds:.2f}"
               f"{said['memory'] / 1e9:>9.2f}/{taken / 1e9:.2f} = {said['memory'] / taken:.2f}"

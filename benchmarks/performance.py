@@ -1,13 +1,16 @@
 """How fast form factors, solves and pictures are, and how that grows: the table of docs/performance.md.
 
-    .venv/bin/python benchmarks/performance.py [factors] [reuse] [picture] [growth]
+    .venv/bin/python benchmarks/performance.py [factors] [reuse] [picture] [bands] [growth] [million]
 
-All of them without an argument; growth goes to a million patches and takes minutes and 6 GB. Side by side
+All of them without an argument; the last two go to a million patches and take minutes and 5 GB. Side by side
 with pyViewFactor where that is installed (pip install pyviewfactor numba). Nothing else should run meanwhile.
 """
 
+import json
+import os
 import resource
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -19,6 +22,7 @@ import renderer
 from renderer.pictures.camera import look
 from renderer.plan import Plan
 from renderer.readings.photometer import make_meter
+from renderer.scene.reading import packaged_scenes
 from renderer.solution import Rooms, solve, solve_on
 from renderer.transport.form_factors import cast, contour_exchange, count
 from renderer.transport.mesh import build_mesh
@@ -100,7 +104,7 @@ def peer(mesh, truth: np.ndarray | None) -> None:
     body = pyvista.PolyData(mesh.vertices, np.concatenate([[4, *patch] for patch in mesh.patches[kept]]))
     walls = None if truth is None else body
     matrix = pyviewfactor.compute_viewfactor_matrix
-    matrix(body.extract_cells(range(40)).extract_surface(), obstacles=walls)  # compiles
+    matrix(body.extract_cells(range(40)).extract_surface(algorithm=None), obstacles=walls)  # compiles
     seconds, made = timed(lambda: matrix(body, obstacles=walls, skip_obstruction=truth is None), 1)
     sums = made.T @ np.eye(mesh.surface.max() + 1)[mesh.surface[kept]]
     said = f"sums of factors {sums.sum(axis=1).min():.4f} to {sums.sum(axis=1).max():.4f}"
@@ -144,6 +148,39 @@ def picture() -> None:
           f"{error:.2%} of the mean")
 
 
+def bands() -> None:
+    """Whole readings with error bars in 31 bands over those in 3, form factors included."""
+    for name in ("grey_room", "red_room", "furnished_room", "l_shaped"):
+        scene = renderer.load(name)
+        for warm in ("31", "rgb"):
+            solve(scene, warm, 0.05).photometers()
+        three, many = (timed(lambda bands=bands, scene=scene: solve(scene, bands).photometers())[0]
+                       for bands in ("rgb", "31"))
+        print(f"{name}, readings with error bars: RGB {three:.2f} s, 31 bands {many:.2f} s, "
+              f"{many / three:.2f} times")
+
+
+def million() -> None:
+    """The furnished room's four readings with error bars, 31 bands, a million patches: the whole command."""
+    text = (packaged_scenes() / "furnished_room.toml").read_text()
+    coarse = solve(renderer.load("furnished_room"), "31", 0.005)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "million.toml"
+        path.write_text(text + "\n[solver]\npatch_size = 0.0125\n")
+        started = time.perf_counter()
+        run = subprocess.Popen([sys.executable, "-m", "renderer", "photometer", str(path), "--json",
+                                "--quiet", "--no-cache"], stdout=subprocess.PIPE, text=True)
+        got = json.loads(run.stdout.read())
+        used = os.wait4(run.pid, 0)[2]
+    print(f"the furnished room, {got['patches']} patches, 31 bands, four readings: "
+          f"{time.perf_counter() - started:.0f} s, {used.ru_maxrss * 1024 / 1e9:.1f} GB, energy balance "
+          f"{got['energy_balance_error']:.0e}")
+    for reading, other in zip(got["readings"], coarse.photometers(), strict=True):
+        lux = reading["illuminance_lx"]
+        print(f"  {reading['name']}: {lux['total']:.3f} ± {lux['uncertainty']:.3f} lx; "
+              f"{len(coarse.radiosity)} patches: {other.total_lx:.3f} ± {other.uncertainty:.3f}")
+
+
 def growth() -> None:
     """The furnished room with ever more patches: solve and one reading, 31 bands, no error bars."""
     scene, found = renderer.load("furnished_room"), []
@@ -167,7 +204,8 @@ def growth() -> None:
 
 def main() -> None:
     """Run what is asked, else all."""
-    parts = {"factors": factors, "reuse": reuse, "picture": picture, "growth": growth}
+    parts = {"factors": factors, "reuse": reuse, "picture": picture, "bands": bands, "growth": growth,
+             "million": million}
     for name in sys.argv[1:] or parts:
         parts[name]()
 

@@ -30,12 +30,13 @@ def main() -> None:
     print(f"{os.cpu_count()} cores, {runs} runs each, medians")
     with tempfile.TemporaryDirectory() as folder:
         seconds("--help", folder=folder)
-        for name, command in (("renderer --help", ["--help"]), ("renderer compare", ["compare", "--quiet"])):
+        for name, command in (("renderer --help", ["--help"]),
+                              ("renderer compare", ["compare", "--quiet", "--no-cache"])):
             times = [seconds(*command, folder=folder) for _ in range(runs)]
             print(f"{name:44}{statistics.median(times):8.2f} s  ({min(times):.2f} to {max(times):.2f})")
         for command in ("photometer", "render"):
             for room in ROOMS:
-                pairs = [[seconds(command, room, "--bands", bands, "--quiet", folder=folder)
+                pairs = [[seconds(command, room, "--bands", bands, "--quiet", "--no-cache", folder=folder)
                           for bands in ("rgb", "31")] for _ in range(runs)]
                 rgb, spectral = (statistics.median(column) for column in zip(*pairs, strict=True))
                 ratio = statistics.median(b / a for a, b in pairs)

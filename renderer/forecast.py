@@ -30,7 +30,7 @@ START, PROGRAM = 1.3, 300e6
 """Of any run: seconds, and bytes for the program and its packages."""
 PILOT, PILOT_RAYS = 700, 256
 """Patches and rays of the coarse solve whose error bars tell what to expect."""
-OF_PATCHES, OF_RAYS, OF_MORE = 1.0, 0.7, 0.4
+OF_PATCHES, OF_RAYS, OF_MORE = 0.9, 0.7, 0.4
 """A bar's part by the mesh falls as patches to that power; by sampling as rays, and patches, to those
 (`benchmarks/estimates.py`)."""
 

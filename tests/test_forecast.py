@@ -28,6 +28,20 @@ def test_patches_rays_and_bands_are_what_then_happens(room, objects, accuracy):
     assert solution.transport.rays / 2 <= said.rays <= 2 * solution.transport.rays
 
 
+@pytest.mark.parametrize(("name", "accuracy"),
+                         [("red_room", 0.01), ("furnished_room", 0.03), ("l_shaped", 0.02)])
+def test_the_widest_error_bar_is_within_twice_of_what_is_said(name, accuracy):
+    scene = load(name)
+    widest = max(reading.uncertainty / reading.total_lx
+                 for reading in solve(scene, "rgb", accuracy).photometers())
+    assert widest / 2 <= forecast(scene, "rgb", accuracy).expected <= 2 * widest
+
+
+def test_no_bar_is_expected_of_nothing(room):
+    assert forecast(room(), "rgb", 0.05).expected is None
+    assert forecast(room(luminaires=(), photometers=[METER]), "rgb", 0.05).expected is None
+
+
 def test_memory_is_what_a_run_then_takes(tmp_path):
     # The largest memory that a process of its own ever had; the contract allows a factor of two.
     code = ("from pathlib import Path\nfrom renderer.scene.reading import load\n"

@@ -42,7 +42,8 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
             ["accuracy", f"{said.accuracy:.2%}", f"asked; {said.promise:.2%} can be promised here"]]
     if said.expected is not None:
         finer = "; a finer solve will follow, up to twice" if said.expected > said.accuracy else ""
-        rows.append(["error bar", f"{said.expected:.2%}", f"expected, of the photometer known least well{finer}"])
+        rows.append(["error bar", f"{said.expected:.2%}",
+                     f"expected, of the photometer known least well{finer}"])
     show(f"{loaded.title}: the plan", ["", "estimate", ""], rows)
     for title, sentences in (("Modelled", said.modelled), ("Left out", said.left_out)):
         for sentence in sentences:
