@@ -248,6 +248,11 @@ class Solution:
         return (self.flux @ luminous, once.ravel(), self.vertex_radiosity @ luminous,
                 self.patch_radiosity @ luminous)
 
+    @property
+    def quadrature(self) -> float:
+        """Share of a reading that sums over measured luminaires' openings may err by."""
+        return QUADRATURE if any(luminaire.opening for luminaire in self.transport.luminaires) else 0.0
+
     def _errors(self, meter: Meter, position, normal, where) -> tuple[float, float, float]:
         """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
         last on the coarser mesh, likewise."""
@@ -256,9 +261,7 @@ class Solution:
             transport, position, normal, where))
         mesh, sampling = half_widths(fine.read_lx(at(fine)), other.read_lx(at(other)),
                                      np.array([sample.read_lx(at(sample)) for sample in samples]),
-                                     other.plan.patch_size / self.plan.patch_size)
-        if any(luminaire.opening for luminaire in self.transport.luminaires):
-            mesh = float(np.hypot(mesh, QUADRATURE * fine.read_lx(at(fine)).sum()))
+                                     other.plan.patch_size / self.plan.patch_size, self.quadrature)
         these, narrow = (solution.read_lx(at(solution)).sum() for solution in self.by_bands)
         return mesh, sampling, float(abs(these - narrow))
 

@@ -30,7 +30,7 @@ def read_grid(solution: Solution, grid: Grid) -> GridReading:
     in_threads(lambda start, stop: work(start + 1, stop + 1), len(points) - 1, 1)
     own, first, *parts, last, these, narrow = np.array(rows).swapaxes(0, 1)
     return summarise(grid, read, own, first, last, np.array(parts).reshape(-1, *own.shape), _ratio(solution),
-                     float(abs((these - narrow).sum(axis=1).mean())))
+                     solution.quadrature, float(abs((these - narrow).sum(axis=1).mean())))
 
 
 def mean_luminance(solution: Solution, position, directions: np.ndarray, name: str) -> Figure:
@@ -43,7 +43,7 @@ def mean_luminance(solution: Solution, position, directions: np.ndarray, name: s
     meter = placed(lambda transport: luminance_meter(transport, position, directions, where))
     parts = [each.read_lx(meter(each), k) for k, each in enumerate(samples or [fine] * len(directions))]
     errors = half_widths(fine.read_lx(meter(fine)), other.read_lx(meter(other)), np.array(parts),
-                         _ratio(solution))
+                         _ratio(solution), solution.quadrature)
     return Figure(name, float(solution.read_lx(meter(solution)).sum()), *errors, "cd/m²")
 
 
@@ -57,7 +57,8 @@ def surface_luminances(solution: Solution) -> list[Figure]:
     for k, name in enumerate(names):
         if np.isfinite(own[k]):
             one = slice(k, k + 1)
-            errors = half_widths(first[one], last[one], parts[:, one], _ratio(solution))
+            errors = half_widths(first[one], last[one], parts[:, one], _ratio(solution),
+                                 solution.quadrature)
             found.append(Figure(name, float(own[k]), *errors, "cd/m²"))
     return found
 

@@ -82,11 +82,12 @@ def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
 
 
 def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, fine: np.ndarray, other: np.ndarray,
-              samples: np.ndarray, ratio: float, band_error: float) -> GridReading:
+              samples: np.ndarray, ratio: float, quadrature: float, band_error: float) -> GridReading:
     """A grid's figures from what the lamps and each surface send to each of its points [lx].
 
     own : (k, 1 + n_surfaces) in the bands read; fine, other : the same in RGB on the mesh read and on one
-    whose patches are `ratio` times as long; samples : (s, k, 1 + n_surfaces) independent samples of fine.
+    whose patches are `ratio` times as long; samples : (s, k, 1 + n_surfaces) independent samples of fine;
+    quadrature : as in `half_widths`.
 
     The mean is linear in its points, so its error is that of one meter that reads the mean: errors that
     the points share count in full, those that differ cancel as they would. Which point is the least is
@@ -95,7 +96,8 @@ def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, fine: np.ndarray, o
     the point adds.
     """
     total = own.sum(axis=1)
-    errors = np.array([half_widths(fine[k], other[k], samples[:, k], ratio) for k in range(len(own))])
+    errors = np.array([half_widths(fine[k], other[k], samples[:, k], ratio, quadrature)
+                       for k in range(len(own))])
     bars = np.hypot(*errors.T)
 
     def figure(name: str, k: int, sign: int) -> Figure:
@@ -105,7 +107,7 @@ def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, fine: np.ndarray, o
 
     least, most = int(total.argmin()), int(total.argmax())
     mean = Figure(f"{grid.name}: mean", float(total.mean()), *half_widths(
-        fine.mean(axis=0), other.mean(axis=0), samples.mean(axis=1), ratio))
+        fine.mean(axis=0), other.mean(axis=0), samples.mean(axis=1), ratio, quadrature))
     lowest, highest = figure(f"{grid.name}: minimum", least, 1), figure(f"{grid.name}: maximum", most, -1)
     uniformity = error = None
     if mean.value > 0:

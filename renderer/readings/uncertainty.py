@@ -30,13 +30,14 @@ class Figure:
 
 
 def half_widths(fine: np.ndarray, other: np.ndarray, samples: np.ndarray,
-                ratio: float) -> tuple[float, float]:
+                ratio: float, quadrature: float = 0.0) -> tuple[float, float]:
     """95 % half-widths [lx] of a reading, by mesh and by sampling, from what the lamps and each surface
     send to it [lx].
 
     fine, other : (1 + n_surfaces,) on the mesh that is read, and on one whose patches are `ratio`
         times as long: twice, or, where they cannot be longer, a half to an eighth
     samples : (k, 1 + n_surfaces) independent samples of `fine`, none where nothing is sampled
+    quadrature : share of the reading that sums over measured luminaires' openings may err by, on any mesh
 
     Mesh: how far the reading moves between the two meshes; or, if that is more, how far the parts do,
     in quadrature, so that surfaces which cancel by accident are not taken for agreement. With patches
@@ -49,4 +50,5 @@ def half_widths(fine: np.ndarray, other: np.ndarray, samples: np.ndarray,
     sampling = 0.0
     if len(samples) > 1:
         sampling = STUDENT * samples.sum(axis=1).std(ddof=1) / np.sqrt(len(samples))
+    mesh = np.hypot(mesh, quadrature * fine.sum())
     return float(mesh + ROUNDING * fine.sum()), float(sampling)
