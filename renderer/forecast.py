@@ -96,8 +96,10 @@ def _expected(scene: Scene, plan: Plan, patches: int) -> float | None:
     fewer = len(pilot.transport.mesh.patches) / patches
     mesh = fewer**OF_PATCHES
     sampling = fewer**OF_MORE * (PILOT_RAYS / plan.rays) ** OF_RAYS if plan.rays else 0.0
-    return max((float(np.hypot(mesh * reading.mesh_error, sampling * reading.sampling_error))
-                / reading.total_lx for reading in lit), default=None)
+    floor = pilot.quadrature  # the same on any mesh
+    return max((float(np.linalg.norm([
+        mesh * np.sqrt(max(0.0, (reading.mesh_error / reading.total_lx) ** 2 - floor**2)),
+        sampling * reading.sampling_error / reading.total_lx, floor])) for reading in lit), default=None)
 
 
 def _rays(mesh: Mesh, per_patch: int, luminaires: int, meters: int) -> int:
