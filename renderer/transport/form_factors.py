@@ -12,10 +12,9 @@ from renderer.transport.sampling import REPLICAS, Nets, cosine_directions
 from renderer.transport.threads import CHUNK, in_threads
 from renderer.transport.visibility import INSIDE, NOTHING, Visibility
 
-NEAR = 4.0
-"""Pairs nearer than this many patch sizes are integrated over both patches; farther ones from
-middle to patch. At 4 the middle errs by under 1 %, and only along the room's edges are pairs so
-near."""
+NEAR = 2.0
+"""Pairs nearer than this many times the longer one's diagonal are integrated over both patches; farther
+ones from middle to patch (docs/decisions.md)."""
 BURIED = 0.02
 """A patch of which less than this share is exposed (under a crate, inside a wall) takes no part."""
 FEW, MANY = 16, 40_000
@@ -42,8 +41,7 @@ def contour_exchange(mesh: Mesh) -> Exchange:
     error, pair = reciprocity(member.T @ factors @ member, np.bincount(mesh.surface, mesh.area))
     factors /= 2
     matrix = factors + factors.T
-    size = np.sqrt(mesh.area)
-    first, second = _near_pairs(mesh.centroid, size)
+    first, second = _near_pairs(mesh)
     seen = matrix[first, second] > 0
     first, second = first[seen], second[seen]
     exact = exchange_areas(mesh.corners[first], mesh.corners[second])
@@ -52,13 +50,14 @@ def contour_exchange(mesh: Mesh) -> Exchange:
                     int(closure.argmax()), pair)
 
 
-def _near_pairs(centroid: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     from scipy.spatial import KDTree
 
-    pairs = KDTree(centroid).query_pairs(NEAR * size.max(), output_type="ndarray")
+    diagonal = 2 * np.linalg.norm(mesh.corners - mesh.centroid[:, None], axis=2).max(axis=1)
+    pairs = KDTree(mesh.centroid).query_pairs(NEAR * diagonal.max(), output_type="ndarray")
     first, second = pairs.T
-    apart = np.linalg.norm(centroid[first] - centroid[second], axis=1)
-    near = apart < NEAR * np.maximum(size[first], size[second])
+    apart = np.linalg.norm(mesh.centroid[first] - mesh.centroid[second], axis=1)
+    near = apart < NEAR * np.maximum(diagonal[first], diagonal[second])
     return first[near], second[near]
 
 
