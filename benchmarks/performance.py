@@ -24,7 +24,8 @@ from renderer.plan import Plan
 from renderer.readings.photometer import make_meter
 from renderer.scene.reading import packaged_scenes
 from renderer.solution import Rooms, solve, solve_on
-from renderer.transport.form_factors import cast, contour_exchange, count
+from renderer.transport.form_factors import contour_exchange
+from renderer.transport.hemisphere import cast, count
 from renderer.transport.mesh import build_mesh
 from renderer.transport.visibility import Visibility
 
@@ -74,7 +75,7 @@ def to_surfaces(mesh, exchange) -> np.ndarray:
 def factors() -> None:
     """Form factors of some 1,500 patches, empty and with an occluder."""
     empty = mesh_of(BOX, 0.238)
-    seconds, exchange = timed(lambda: contour_exchange(empty))
+    seconds, (exchange, _) = timed(lambda: contour_exchange(empty))
     print(f"form factors, empty box, {len(empty.patches)} patches: {seconds:.2f} s, closure before balancing "
           f"{exchange.closure_error:.0e}")
     crate = mesh_of(BOX + CRATE, 0.247)

@@ -12,7 +12,7 @@ from renderer.scene.reading import Scene
 from renderer.solution import distinct_bands, solve
 from renderer.transport.contour import point_factors
 from renderer.transport.exchange import better_dense
-from renderer.transport.form_factors import independent_parts
+from renderer.transport.hemisphere import independent_parts
 from renderer.transport.mesh import build_mesh
 from renderer.transport.mounting import seated, stand_off
 from renderer.transport.patches import Mesh

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,9 @@ from renderer.readings.photometer import Meter, make_meter
 from renderer.readings.reconstruction import reconstructed
 from renderer.readings.uncertainty import Figure, half_widths
 from renderer.scene.reading import Scene
-from renderer.transport.form_factors import Rows
+from renderer.transport.exchange import Exchange
+from renderer.transport.hemisphere import Rows
+from renderer.transport.patches import Mesh
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import Transport, compute, compute_transport
 
@@ -289,12 +291,19 @@ class Solution:
             parts = next((k for k in (8, 4) if len(own.patches) * k * k < CHEAP), 2)
             plan = self.plan.times(1 / parts)
             other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
-        bands = band_set("rgb")
-        plans = (self.plan, self.transport) if self.transport.parts > 1 else (plan, other)
-        samples = [solve_on(self.scene, bands, plans[0], self.rooms, plans[1], k)
-                   for k in range(len(plans[1].replicas))]
-        return (solve_on(self.scene, bands, self.plan, self.rooms, self.transport), samples,
-                solve_on(self.scene, bands, plan, self.rooms, other))
+        fine, coarse = (solve_on(self.scene, band_set("rgb"), each, self.rooms, transport)
+                        for each, transport in ((self.plan, self.transport), (plan, other)))
+        sampled = fine if self.transport.parts > 1 else coarse
+        return fine, [sampled.part(k) for k in range(len(sampled.transport.replicas))], coarse
+
+    def part(self, part: int) -> "Solution":
+        """The same by one independent part of the rays."""
+        transport, stretch = self.transport, self.transport.stretch
+        direct = transport.direct + (transport.direct_parts[part] - transport.direct) / stretch
+        light, _ = _light(self.scene, self.bands, transport.mesh, transport.replicas[part], direct)
+        sent, received = (whole + stretch * (one - whole)
+                          for whole, one in zip((self.radiosity, self.received), light, strict=True))
+        return replace(self, radiosity=sent, received=received, sample=part)
 
 
 def placed(make: Callable) -> Callable[[Solution], Meter]:
@@ -329,19 +338,23 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
     return solve_on(scene, scene.band_set(bands or settings.bands), plan, rooms, transport)
 
 
-def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport,
-              sample: int | None = None) -> Solution:
-    """Solve a scene on a transport already computed; with one independent sample of the rays, if given."""
+def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport) -> Solution:
+    """Solve a scene on a transport already computed."""
     started = time.perf_counter()
-    exchange = transport.exchange if sample is None else transport.replicas[sample]
-    direct = transport.direct if sample is None else transport.direct_parts[sample]
+    light, solved = _light(scene, bands, transport.mesh, transport.exchange, transport.direct)
+    return Solution(scene, bands, plan, rooms, transport, scene.reflectance(bands), scene.flux(bands), *light,
+                    None, solved, time.perf_counter() - started)
+
+
+def _light(scene: Scene, bands: BandSet, mesh: Mesh, exchange: Exchange, direct: np.ndarray) -> tuple:
+    """What each patch sends, and receives by way of the others, both (n_patches, n_bands); and how many
+    systems of equations that took. direct : (n_patches, n_luminaires) [m⁻²]"""
     reflectance, flux = scene.reflectance(bands), scene.flux(bands)
     first, index, scale = distinct_bands(reflectance, flux)
-    on_patches = reflectance[transport.mesh.surface]
-    solved = radiosity(exchange, on_patches[:, first], direct @ flux[:, first])
-    sent, received = (light if len(first) == len(index) else light[:, index] * scale for light in solved)
-    return Solution(scene, bands, plan, rooms, transport, reflectance, flux, sent, received, sample,
-                    len(first), time.perf_counter() - started)
+    light = radiosity(exchange, reflectance[mesh.surface][:, first], direct @ flux[:, first])
+    if len(first) < len(index):
+        light = tuple(each[:, index] * scale for each in light)
+    return light, len(first)
 
 
 def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):

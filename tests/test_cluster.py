@@ -11,8 +11,8 @@ from renderer.errors import InputError, SolveError
 from renderer.solution import Rooms, solve
 from renderer.studies import cluster as module
 from renderer.studies.cluster import as_done, connected, rows_on
-from renderer.transport import form_factors
-from renderer.transport.form_factors import cast
+from renderer.transport import hemisphere
+from renderer.transport.hemisphere import cast
 from renderer.transport.transport import compute_transport
 
 CRATE = {"shape": "box", "position": [1.0, 1.0, 0.0], "size": [1.0, 1.0, 1.0]}
@@ -30,8 +30,8 @@ def cluster():
 @pytest.fixture
 def small_blocks(monkeypatch):
     """Blocks of 16 patches at 1,024 rays, and no room too small to be sent."""
-    monkeypatch.setattr(form_factors, "CHUNK", 1 << 14)
-    monkeypatch.setattr(form_factors, "SENT", 0)
+    monkeypatch.setattr(hemisphere, "CHUNK", 1 << 14)
+    monkeypatch.setattr(hemisphere, "SENT", 0)
 
 
 def test_rows_from_a_cluster_are_those_cast_here_though_a_worker_dies(cluster, small_blocks, room):
@@ -68,7 +68,7 @@ def test_a_solution_is_the_same_and_small_rooms_are_not_sent(cluster, room, monk
     here = solve(scene, "rgb", 0.05, rooms=Rooms(elsewhere=rows))
     assert not sent
     hits = here.transport.hits.size
-    monkeypatch.setattr(form_factors, "SENT", hits)  # this mesh, not the coarser one
+    monkeypatch.setattr(hemisphere, "SENT", hits)  # this mesh, not the coarser one
     there = solve(scene, "rgb", 0.05, rooms=Rooms(elsewhere=rows))
     assert repr(there.photometers()) == repr(here.photometers())
     assert np.array_equal(there.radiosity, here.radiosity)

@@ -22,7 +22,7 @@ from renderer.pictures.report.viewpoint import looks
 from renderer.readings.photometer import make_meter
 from renderer.scene.model import CameraTable
 from renderer.scene.reading import load
-from renderer.solution import Rooms, solve_on
+from renderer.solution import Rooms
 from renderer.studies import reporting
 from renderer.studies.reporting import LARGEST, save, solve_rooms
 from renderer.transport.field import direct_on, seen_from
@@ -145,8 +145,7 @@ def test_bars_stand_where_only_the_other_mesh_has_samples(room):
     solution = renderer.solve(room(0.5, objects=[crate]), bands="rgb", accuracy=0.1)
     own = patch_bars(solution)[1]
     fine, _, other = solution.family
-    borrowed = [solve_on(other.scene, other.bands, other.plan, other.rooms, other.transport, k)
-                for k in range(len(other.transport.replicas))]
+    borrowed = [other.part(k) for k in range(len(other.transport.replicas))]
     solution.__dict__["family"] = (fine, borrowed, other)
     theirs = patch_bars(solution)[1]
     assert np.isfinite(theirs).all()

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import renderer
 from renderer.readings.photometer import make_meter
 from renderer.solution import distinct_bands
-from renderer.transport.form_factors import Exchange
+from renderer.transport.exchange import Exchange
 from renderer.transport.solve import TOLERANCE, radiosity
 
 UP = [0.0, 0.0, 1.0]
@@ -20,7 +20,7 @@ def closed_exchange(n: int, seed: int) -> Exchange:
     matrix = random.random((n, n))
     matrix = matrix + matrix.T
     np.fill_diagonal(matrix, 0)
-    return Exchange(matrix.sum(axis=1), matrix, 0.0, 0.0, 0, (0, 0))
+    return Exchange(matrix.sum(axis=1), matrix, 0.0, 0.0, (0, 0), 0.0, 0)
 
 
 @settings(deadline=None, max_examples=40)

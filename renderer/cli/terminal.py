@@ -81,9 +81,9 @@ def warn(solution, figures: list, asked: float) -> None:
              f"through {hole['name']!r}, {hole['area_m2']:.3g} m² around [{at}]; close it in the mesh if it "
              "is no window.")
     exchange, mesh = solution.transport.exchange, solution.transport.mesh
-    if exchange.closure_error > LEAK:
+    if exchange.leak > LEAK:
         surface = solution.scene.surfaces[mesh.surface[exchange.worst_patch]]
-        say(f"warning: {solution.scene.title}: {exchange.closure_error:.1%} of the light from a patch of "
+        say(f"warning: {solution.scene.title}: {exchange.leak:.1%} of the light from a patch of "
              f"{surface!r} meets no surface's front; is something there open or overlapping?")
     if exchange.reciprocity_error > UNEQUAL:
         first, second = (solution.scene.surfaces[k] for k in exchange.worst_pair)

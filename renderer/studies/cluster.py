@@ -11,7 +11,7 @@ import numpy as np
 
 from renderer.cache import code
 from renderer.errors import InputError, SolveError
-from renderer.transport.form_factors import Rows, cast_rows
+from renderer.transport.hemisphere import Rows, cast_rows
 from renderer.transport.patches import Mesh
 from renderer.transport.sampling import Nets
 from renderer.transport.visibility import Visibility

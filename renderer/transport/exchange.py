@@ -102,16 +102,18 @@ class Exchange:
     matrix : (n, n) symmetric, S_ij [m²]; rows sum to `areas`
     closure_error : max |Σ_j F_ij − 1|, before balancing
     reciprocity_error : max |S_ab − S_ba| between two surfaces, of the smaller area, before balancing
-    worst_patch : where the closure error is largest
-    worst_pair : the two surfaces with the largest reciprocity error
+    worst_pair : those two surfaces
+    leak : largest share of a patch's light that meets no surface's front
+    worst_patch : of which patch
     """
 
     areas: np.ndarray
     matrix: np.ndarray | Counted
     closure_error: float
     reciprocity_error: float
-    worst_patch: int
     worst_pair: tuple[int, int]
+    leak: float
+    worst_patch: int
 
     @property
     def single(self) -> bool:
@@ -130,8 +132,8 @@ class Exchange:
             given = self.matrix.given
             matrix = {"data": given.data, "indices": given.indices, "indptr": given.indptr,
                       "diagonal": self.matrix.diagonal}
-        errors = np.array([self.closure_error, self.reciprocity_error])
-        worst = np.array([self.worst_patch, *self.worst_pair])
+        errors = np.array([self.closure_error, self.reciprocity_error, self.leak])
+        worst = np.array([*self.worst_pair, self.worst_patch])
         return {"areas": self.areas, "errors": errors, "worst": worst, **matrix}
 
 
@@ -141,8 +143,9 @@ def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
     if matrix is None:
         given = sparse.csr_array((arrays["data"], arrays["indices"], arrays["indptr"]), shape=(n, n))
         matrix = Counted(given, given.T.tocsr(), arrays["diagonal"])
-    patch, *pair = (int(k) for k in arrays["worst"])
-    return Exchange(arrays["areas"], matrix, *map(float, arrays["errors"]), patch, tuple(pair))
+    *pair, patch = (int(k) for k in arrays["worst"])
+    closure, unequal, leak = map(float, arrays["errors"])
+    return Exchange(arrays["areas"], matrix, closure, unequal, tuple(pair), leak, patch)
 
 
 def better_dense(n: int, entries: int) -> bool:
@@ -158,8 +161,8 @@ def reciprocity(between: np.ndarray, area: np.ndarray) -> tuple[float, tuple[int
     return float(apart.max()), tuple(int(k) for k in np.unravel_index(apart.argmax(), apart.shape))
 
 
-def balance(matrix, areas: np.ndarray):
-    """Scale a symmetric matrix from both sides so that its rows sum to `areas`.
+def balance(matrix, areas: np.ndarray) -> tuple:
+    """Scale a symmetric matrix from both sides so that its rows sum to `areas`: that, and the scale (n,).
 
     Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by
     s_i d_i + Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013).
@@ -185,12 +188,12 @@ def balance(matrix, areas: np.ndarray):
         scale *= np.exp(np.clip(step / root, -1, 1))
         scale[live] = np.clip(scale[live], 0.1, 10)  # past that no scaling would help
     if isinstance(matrix, Counted):
-        return matrix.closed(areas, scale)
+        return matrix.closed(areas, scale), scale
     matrix = matrix * scale[:, None]
     matrix *= scale
     if worst[-1] < CLOSED:
-        return matrix
+        return matrix, scale
     sums = matrix.sum(axis=1)
     share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
     lowered = matrix * np.minimum(share[:, None], share)
-    return lowered + np.diag(areas - lowered.sum(axis=1))
+    return lowered + np.diag(areas - lowered.sum(axis=1)), scale

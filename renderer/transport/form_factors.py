@@ -1,53 +1,140 @@
-"""Form factors: who exchanges light with whom, exactly or by rays."""
+"""Form factors in closed form: who exchanges light with whom, past what stands in the way."""
 
-from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
 
-from renderer.transport.contour import exchange_areas, frames, point_factors
-from renderer.transport.exchange import Counted, Exchange, balance, better_dense, reciprocity
+from renderer.transport.contour import HORIZON, exchange_areas, point_factors
+from renderer.transport.exchange import Exchange, balance, reciprocity
+from renderer.transport.hemisphere import Openness, probed
 from renderer.transport.patches import Mesh
-from renderer.transport.sampling import REPLICAS, Nets, cosine_directions
+from renderer.transport.sampling import Nets
+from renderer.transport.shafts import doubtful_pairs
 from renderer.transport.threads import CHUNK, in_threads
-from renderer.transport.visibility import INSIDE, NOTHING, Visibility
+from renderer.transport.visibility import Visibility
 
 NEAR = 2.0
 """Pairs nearer than this many times the longer one's diagonal are integrated over both patches; farther
 ones from middle to patch (docs/decisions.md)."""
-BURIED = 0.02
-"""A patch of which less than this share is exposed (under a crate, inside a wall) takes no part."""
-FEW, MANY = 16, 40_000
-"""Rays of a patch in each independent part, at least, and patches at most; else all rays are one part,
-and what they err by is told by a coarser mesh with fewer."""
-SENT = 10_000_000
-"""Rays of a mesh from which other machines cast them, where there are any; fewer are done here sooner."""
-
-Rows = Callable[[Mesh, Nets, int], Iterable[tuple[int, np.ndarray, int]]]
-"""Has the rays of a mesh cast elsewhere, so many rows at a time: of each block, in any order, its first row,
-what `cast_rows` says of it, and how many rays that took."""
+STRIP = 64
+"""Rows of a matrix worked on at once."""
+MOST_PATCHES = 4000
+"""Patches past which a factor for every pair takes longer than rays."""
+MOST_RAYS = 4
+"""Rays that doubtful pairs need over those asked for, at most: past that so much stands in the way that rays
+all over the hemispheres are better."""
 
 
-def contour_exchange(mesh: Mesh) -> Exchange:
-    """Exact factors, for a convex room with nothing in it: no ray is cast.
+@dataclass(frozen=True)
+class Sight:
+    """What is seen past what stands in the way.
 
-    From each middle by Lambert's formula; near pairs by the double contour integral, because the
-    middle of a patch at an edge says little about its whole (at ρ = 0.9 this was 0.8 %).
+    openness : of each patch
+    pairs : (2, k) patches between which something may stand; all others see each other whole
+    seen : (k,) share of what each pair would exchange that gets through
+    apart : (k,) half the difference between that share by the first and by the second half of its rays
+    """
+
+    openness: Openness
+    pairs: np.ndarray
+    seen: np.ndarray
+    apart: np.ndarray
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All of it as plain arrays."""
+        return {"exposed": self.openness.exposed, "lost": self.openness.lost, "pairs": self.pairs,
+                "seen": self.seen, "apart": self.apart}
+
+
+def sight_from(arrays: dict[str, np.ndarray]) -> Sight:
+    """The one whose arrays those are."""
+    openness = Openness(arrays["exposed"], arrays["lost"])
+    return Sight(openness, arrays["pairs"], arrays["seen"], arrays["apart"])
+
+
+def look_across(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...]) -> Sight | None:
+    """Cast rays between the patches where something may stand; None where rays all over the hemispheres,
+    so many a patch, are the better way.
+
+    All pairs have as many rays, together no more than the hemispheres would, but two at the least.
+    """
+    asked = rays * len(mesh.patches)
+    if len(mesh.patches) > MOST_PATCHES:
+        return None
+    open_ = probed(mesh, visibility, (*seed, 0))
+    pairs = doubtful_pairs(mesh, np.flatnonzero(open_.exposed), open_.exposed < 1)
+    count = pairs.shape[1]
+    if 2 * count > MOST_RAYS * asked:
+        return None
+    half = 2 ** int(np.log2(max(1.0, asked / max(1, 2 * count))))
+    nets = Nets(half, 4, (*seed, 2), 2)
+    seen, apart = np.empty(count), np.empty(count)
+
+    def look(start: int, stop: int) -> None:
+        square = nets.draw(start, stop)
+        first, second = pairs[:, start:stop]
+        origins = visibility.off(mesh.spread(first, square[..., :2]), mesh.normal[first][:, None])
+        targets = mesh.spread(second, square[..., 2:])
+        free = visibility.clear(origins.reshape(-1, 3), targets.reshape(-1, 3)).reshape(-1, 2, half)
+        reach = targets - origins
+        worth = (np.einsum("kri,ki->kr", reach, mesh.normal[first]).clip(0)
+                 * np.einsum("kri,ki->kr", -reach, mesh.normal[second]).clip(0)
+                 / np.maximum(np.einsum("kri,kri->kr", reach, reach), 1e-300) ** 2).reshape(free.shape)
+        through, total = (worth * free).sum(axis=2), worth.sum(axis=2)
+        seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), 1e-300)
+        through /= np.maximum(total, 1e-300)
+        apart[start:stop] = (through[:, 0] - through[:, 1]) / 2
+
+    in_threads(look, count, max(1, CHUNK // (2 * half)))
+    return Sight(open_, pairs, seen, apart)
+
+
+def contour_exchange(mesh: Mesh, sight: Sight | None = None) -> tuple[Exchange, np.ndarray]:
+    """Exact factors; where something stands in the way, times the share that is seen past it. Returns also
+    what the pairs of `sight` would exchange if nothing did (k,) [m²].
+
+    From each middle by Lambert's formula; near pairs by the double contour integral, because the middle of
+    a patch at an edge says little about its whole (at ρ = 0.9 this was 0.8 %).
+    sight : None in a convex room with nothing in it
     """
     factors = point_factors(mesh.centroid, mesh.normal, mesh)
-    closure = np.abs(factors.sum(axis=1) - 1)
-    factors *= mesh.area[:, None]
+    areas, leak, worst = mesh.area, 0.0, 0
+    if sight is not None:
+        areas = mesh.area * sight.openness.exposed
+        leak, worst = float(sight.openness.lost.max()), int(sight.openness.lost.argmax())
+        factors[areas == 0], factors[:, areas == 0] = 0.0, 0.0
+    matrix = _symmetric(mesh, factors)
+    first, second = sight.pairs if sight is not None else np.zeros((2, 0), dtype=np.int32)
+    whole = matrix[first, second]
+    if sight is not None:
+        for one, other in ((first, second), (second, first)):
+            factors[one, other] *= sight.seen
+            matrix[one, other] *= sight.seen
+    live = areas > 0
+    closure = np.abs(factors.sum(axis=1)[live] * mesh.area[live] / areas[live] - 1)
     member = np.eye(mesh.surface.max() + 1)[mesh.surface]
-    error, pair = reciprocity(member.T @ factors @ member, np.bincount(mesh.surface, mesh.area))
-    factors /= 2
-    matrix = factors + factors.T
+    between = member.T @ (mesh.area[:, None] * (factors @ member))
+    error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
+    matrix, scale = balance(matrix, areas)
+    whole *= scale[first] * scale[second]
+    return Exchange(areas, matrix, float(closure.max(initial=0.0)), error, pair, leak, worst), whole
+
+
+def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
+    """Exchange areas (n, n) [m²] from factors (n, n), those of near pairs made exact."""
+    matrix = np.empty_like(factors)
+
+    def add(start: int, stop: int) -> None:
+        matrix[start:stop] = factors[:, start:stop].T * (mesh.area / 2)
+        matrix[start:stop] += mesh.area[start:stop, None] / 2 * factors[start:stop]
+
+    in_threads(add, len(factors), STRIP)
     first, second = _near_pairs(mesh)
-    seen = matrix[first, second] > 0
-    first, second = first[seen], second[seen]
+    whole = (matrix[first, second] > 0) & _before(mesh, first, second) & _before(mesh, second, first)
+    first, second = first[whole], second[whole]
     exact = exchange_areas(mesh.corners[first], mesh.corners[second])
     matrix[first, second] = matrix[second, first] = exact
-    return Exchange(mesh.area, balance(matrix, mesh.area), float(closure.max()), error,
-                    int(closure.argmax()), pair)
+    return matrix
 
 
 def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
@@ -61,138 +148,20 @@ def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     return first[near], second[near]
 
 
-def independent_parts(patches: int, rays: int) -> int:
-    """In how many independent parts so many rays a patch are drawn; 1 for none."""
-    return REPLICAS if rays >= FEW * REPLICAS and patches <= MANY else 1
+def _before(mesh: Mesh, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Whether the whole of each second patch is before its first one (k,)."""
+    reach = np.einsum("kci,ki->kc", mesh.corners[second] - mesh.centroid[first][:, None], mesh.normal[first])
+    return (reach >= -HORIZON * mesh.scale).all(axis=1)
 
 
-def cast(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...],
-         elsewhere: Rows | None = None) -> np.ndarray:
-    """The patch that each of `rays` cosine-distributed rays from points all over each patch meets
-    (n_patches, rays); INSIDE where the ray starts covered up, NOTHING where it is lost.
+def half_sample(exchange: Exchange, sight: Sight, whole: np.ndarray, part: int) -> Exchange:
+    """The operator by one half of the rays of each pair, drawn by lot (McCarthy, Rev. Int. Stat. Inst. 37,
+    1969): it departs from the whole by what that itself errs by.
 
-    rays : a power of 2, in independent nets one after the other; elsewhere : casts SENT rays and more.
+    whole : as `contour_exchange` says
     """
-    n = len(mesh.patches)
-    parts = independent_parts(n, rays)
-    nets = Nets(rays // parts, 4, seed, parts)
-    hits = np.empty((n, rays), dtype=np.int32)
-    step = max(1, CHUNK // rays)
-
-    def work(start: int, stop: int) -> None:
-        hits[start:stop] = cast_rows(mesh, visibility, nets, start, stop)
-
-    if elsewhere is None or hits.size < SENT:
-        in_threads(work, n, step)
-    else:
-        for start, rows, taken in elsewhere(mesh, nets, step):
-            hits[start : start + len(rows)] = rows
-            visibility.rays += taken
-    hits[~visibility.exposed] = INSIDE
-    return hits
-
-
-def cast_rows(mesh: Mesh, visibility: Visibility, nets: Nets, start: int, stop: int) -> np.ndarray:
-    """What the rays from patches start to stop meet (stop − start, rays), covered patches among them: alike
-    for equal `start` and `stop`, whichever core or machine asks."""
-    patch = np.arange(start, stop)
-    square = nets.draw(start, stop)
-    origins = visibility.off(mesh.spread(patch, square[..., :2]), mesh.normal[patch][:, None])
-    directions = cosine_directions(square[..., 2:], frames(mesh.normal[patch]))
-    found = visibility.first_hit(origins.reshape(-1, 3), directions.reshape(-1, 3)).astype(np.int32)
-    found = found.reshape(len(patch), -1)
-    # A ray is lost where the surface is covered (a crate's foot) or where light escapes.
-    partly = np.flatnonzero((found < 0).any(axis=1))
-    inside = visibility.inside_solid(origins[partly].reshape(-1, 3),
-                                     np.repeat(mesh.normal[start + partly], found.shape[1], axis=0))
-    lost = np.where(found[partly] < 0, NOTHING, found[partly])
-    found[partly] = np.where(inside.reshape(lost.shape), INSIDE, lost)
-    return found
-
-
-def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
-    """Factors counted from what rays meet (n_patches, rays), of `cast`: each row sums to 1 whatever
-    stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
-    grows with the number of patches, not its square."""
-    n, rays = hits.shape
-    open_, met = np.empty(n), np.empty(n, dtype=np.int64)
-
-    def look(start: int, stop: int) -> None:
-        open_[start:stop] = rays - (hits[start:stop] == INSIDE).sum(axis=1)
-        met[start:stop] = (hits[start:stop] >= 0).sum(axis=1)
-
-    step = max(1, CHUNK // rays)
-    in_threads(look, n, step)
-    alive = (open_ > BURIED * rays) & (met > 0)
-    closure = np.where(alive, (open_ - met) / rays, 0.0)
-    areas = np.where(alive, mesh.area * open_ / rays, 0.0)
-    given, between = _gathered(mesh, hits, alive, areas, areas / np.maximum(met, 1), step)
-    error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
-    if better_dense(n, 2 * hits.size):
-        half = given.toarray()
-        matrix = half + half.T
-    else:
-        matrix = Counted(given, given.T.tocsr(), np.zeros(n))
-    return Exchange(areas, balance(matrix, areas), float(np.abs(closure).max()), error,
-                    int(np.abs(closure).argmax()), pair)
-
-
-def _gathered(mesh: Mesh, hits: np.ndarray, alive: np.ndarray, areas: np.ndarray, share: np.ndarray,
-              step: int) -> tuple[sparse.csr_array, np.ndarray]:
-    """Exchange areas counted ray by ray (n, n) [m²], and between surfaces (n_surfaces, n_surfaces) [m²].
-
-    A ray of a patch is worth `share` (n,). Of the two counts of a pair the smaller patch's is the better:
-    their variances are as the areas, and so the pair's two are weighted.
-    """
-    n, surfaces = len(hits), mesh.surface.max() + 1
-    kept = np.empty(hits.shape, dtype=bool)
-
-    def choose(start: int, stop: int) -> None:
-        part = hits[start:stop]
-        kept[start:stop] = (part >= 0) & alive[start:stop, None] & alive[part]
-
-    in_threads(choose, n, step)
-    ends = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-    column, data = np.empty(ends[-1], dtype=np.int32), np.empty(ends[-1])
-    between = np.zeros((-(-n // step), surfaces**2))
-
-    def weigh(start: int, stop: int) -> None:
-        part = slice(ends[start], ends[stop])
-        own, column[part] = kept[start:stop], hits[start:stop][kept[start:stop]]
-        row = np.repeat(np.arange(start, stop), own.sum(axis=1))
-        other, worth = areas[column[part]], share[row]
-        data[part] = worth * other / (areas[row] + other)
-        pairs = mesh.surface[row] * surfaces + mesh.surface[column[part]]
-        between[start // step] = np.bincount(pairs, worth, surfaces**2)
-
-    in_threads(weigh, n, step)
-    given = sparse.csr_array((data, column, ends), shape=(n, n))
-    return given, between.sum(axis=0).reshape(surfaces, surfaces)
-
-
-def look_round(points: np.ndarray, normals: np.ndarray, visibility: Visibility, rays: int,
-               seed: tuple[int, ...]) -> np.ndarray:
-    """The patch that each of `rays` cosine-distributed rays from each point meets (k, rays), in REPLICAS
-    independent nets one after the other.
-
-    points : (k, 3) [m], already off their surface. A point inside a solid sees nothing.
-    """
-    nets = Nets(rays // REPLICAS, 2, seed, REPLICAS)
-    axes = frames(normals)
-    hits = np.empty((len(points), rays), dtype=np.int32)
-
-    def work(start: int, stop: int) -> None:
-        directions = cosine_directions(nets.draw(start, stop), axes[start:stop]).reshape(-1, 3)
-        origins = np.repeat(points[start:stop], rays, axis=0)
-        hits[start:stop] = visibility.first_hit(origins, directions).reshape(-1, rays)
-
-    in_threads(work, len(points), max(1, CHUNK // rays))
-    return hits
-
-
-def shares(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
-    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), from
-    what rays meet (k, rays)."""
-    row, ray = np.nonzero(hits >= 0)
-    weights = np.full(len(row), 1 / hits.shape[1])
-    return sparse.coo_array((weights, (row, hits[row, ray])), shape=(len(hits), n_patches)).tocsr()
+    first, second = sight.pairs
+    sign = np.random.default_rng(part).choice([-1.0, 1.0], len(whole))
+    matrix = exchange.matrix.copy()
+    matrix[first, second] = matrix[second, first] = whole * (sight.seen + sign * sight.apart).clip(0, 1)
+    return replace(exchange, matrix=balance(matrix, exchange.areas)[0])

@@ -18,15 +18,8 @@ from renderer.scene.rooms import Room
 from renderer.transport.contour import HORIZON, point_factors
 from renderer.transport.direct import direct_on_patches
 from renderer.transport.exchange import Exchange, from_arrays
-from renderer.transport.form_factors import (
-    Rows,
-    cast,
-    contour_exchange,
-    count,
-    independent_parts,
-    look_round,
-    shares,
-)
+from renderer.transport.form_factors import Sight, contour_exchange, half_sample, look_across, sight_from
+from renderer.transport.hemisphere import Rows, cast, count, independent_parts, look_round, shares
 from renderer.transport.mesh import build_mesh
 from renderer.transport.mounting import seated, stand_off
 from renderer.transport.patches import Mesh
@@ -74,20 +67,49 @@ class Transport:
             self.mesh, self.visibility, self.rays_per_patch, (self.seed, 1), self.elsewhere)})["hits"]
 
     @cached_property
+    def sight(self) -> Sight | None:
+        """What patches see of each other; None where nothing stands between them, or so much that rays all
+        over their hemispheres are the better way."""
+        if self.visibility is None:
+            return None
+
+        def make() -> Arrays:
+            sight = look_across(self.mesh, self.visibility, self.rays_per_patch, (self.seed, 5))
+            return {} if sight is None else sight.arrays()
+
+        arrays = self.remember("sight", make)
+        return sight_from(arrays) if arrays else None
+
+    @cached_property
+    def _operator(self) -> Arrays:
+        def make() -> Arrays:
+            if self.visibility is not None and self.sight is None:
+                return count(self.mesh, self.hits).arrays()
+            exchange, whole = contour_exchange(self.mesh, self.sight)
+            return {**exchange.arrays(), "whole": whole}
+
+        return self.remember("exchange", make)
+
+    @cached_property
     def exchange(self) -> Exchange:
         """Who exchanges light with whom."""
-        def make() -> Arrays:
-            exchange = contour_exchange(self.mesh) if self.visibility is None else count(self.mesh, self.hits)
-            return exchange.arrays()
-
-        return from_arrays(self.remember("exchange", make))
+        return from_arrays(self._operator)
 
     @cached_property
     def replicas(self) -> tuple[Exchange, ...]:
-        """The same from each independent part of the rays; none where no ray is cast, or too few are."""
-        if self.parts == 1:
+        """The same from parts of the rays; none where no ray is cast, or too few are. They depart from it as
+        independent parts would, or `stretch` times less."""
+        if self.visibility is None or self.parts == 1:
             return ()
+        if self.sight is not None:
+            return tuple(half_sample(self.exchange, self.sight, self._operator["whole"], part)
+                         for part in range(self.parts))
         return tuple(count(self.mesh, hits) for hits in np.split(self.hits, self.parts, axis=1))
+
+    @property
+    def stretch(self) -> float:
+        """How many times farther than `replicas` independent parts would be from the whole."""
+        return 1.0 if self.sight is None else float(np.sqrt(self.parts))
 
     @cached_property
     def _direct(self) -> Arrays:

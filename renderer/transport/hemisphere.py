@@ -1,0 +1,200 @@
+"""What rays all over a hemisphere meet: form factors of any room, counted."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from renderer.transport.contour import frames
+from renderer.transport.exchange import Counted, Exchange, balance, better_dense, reciprocity
+from renderer.transport.patches import Mesh
+from renderer.transport.sampling import REPLICAS, Nets, cosine_directions
+from renderer.transport.threads import CHUNK, in_threads
+from renderer.transport.visibility import INSIDE, NOTHING, Visibility
+
+BURIED = 0.02
+"""A patch of which less than this share is exposed (under a crate, inside a wall) takes no part."""
+FEW, MANY = 16, 40_000
+"""Rays of a patch in each independent part, at least, and patches at most; else all rays are one part,
+and what they err by is told by a coarser mesh with fewer."""
+PROBE_RAYS, MORE_RAYS = 64, 1024
+"""Rays of a patch that tell whether it is covered in part, and if so how much of it."""
+SENT = 10_000_000
+"""Rays of a mesh from which other machines cast them, where there are any; fewer are done here sooner."""
+
+Rows = Callable[[Mesh, Nets, int], Iterable[tuple[int, np.ndarray, int]]]
+"""Has the rays of a mesh cast elsewhere, so many rows at a time: of each block, in any order, its first row,
+what `cast_rows` says of it, and how many rays that took."""
+
+
+def independent_parts(patches: int, rays: int) -> int:
+    """In how many independent parts so many rays a patch are drawn; 1 for none."""
+    return REPLICAS if rays >= FEW * REPLICAS and patches <= MANY else 1
+
+
+def cast(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...],
+         elsewhere: Rows | None = None) -> np.ndarray:
+    """The patch that each of `rays` cosine-distributed rays from points all over each patch meets
+    (n_patches, rays); INSIDE where the ray starts covered up, NOTHING where it is lost.
+
+    rays : a power of 2, in independent nets one after the other; elsewhere : casts SENT rays and more.
+    """
+    n = len(mesh.patches)
+    parts = independent_parts(n, rays)
+    nets = Nets(rays // parts, 4, seed, parts)
+    hits = np.empty((n, rays), dtype=np.int32)
+    step = max(1, CHUNK // rays)
+
+    def work(start: int, stop: int) -> None:
+        hits[start:stop] = cast_rows(mesh, visibility, nets, start, stop)
+
+    if elsewhere is None or hits.size < SENT:
+        in_threads(work, n, step)
+    else:
+        for start, rows, taken in elsewhere(mesh, nets, step):
+            hits[start : start + len(rows)] = rows
+            visibility.rays += taken
+    hits[~visibility.exposed] = INSIDE
+    return hits
+
+
+def cast_rows(mesh: Mesh, visibility: Visibility, nets: Nets, start: int, stop: int) -> np.ndarray:
+    """What the rays from patches start to stop meet (stop − start, rays), covered patches among them: alike
+    for equal `start` and `stop`, whichever core or machine asks."""
+    return _met(mesh, visibility, np.arange(start, stop), nets.draw(start, stop))
+
+
+def _met(mesh: Mesh, visibility: Visibility, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """What rays from patches (k,) meet (k, rays), by points of the unit hypercube (k, rays, 4)."""
+    origins = visibility.off(mesh.spread(patch, square[..., :2]), mesh.normal[patch][:, None])
+    directions = cosine_directions(square[..., 2:], frames(mesh.normal[patch]))
+    found = visibility.first_hit(origins.reshape(-1, 3), directions.reshape(-1, 3)).astype(np.int32)
+    found = found.reshape(len(patch), -1)
+    # A ray is lost where the surface is covered (a crate's foot) or where light escapes.
+    partly = np.flatnonzero((found < 0).any(axis=1))
+    inside = visibility.inside_solid(origins[partly].reshape(-1, 3),
+                                     np.repeat(mesh.normal[patch[partly]], found.shape[1], axis=0))
+    lost = np.where(found[partly] < 0, NOTHING, found[partly])
+    found[partly] = np.where(inside.reshape(lost.shape), INSIDE, lost)
+    return found
+
+
+@dataclass(frozen=True)
+class Openness:
+    """How much of each patch (n_patches,) is exposed, and of its light from there meets no surface's front;
+    a patch of which less than BURIED is exposed has neither."""
+
+    exposed: np.ndarray
+    lost: np.ndarray
+
+
+def openness(hits: np.ndarray) -> Openness:
+    """The same told from what rays meet (n_patches, rays)."""
+    n, rays = hits.shape
+    open_, met = np.empty(n), np.empty(n, dtype=np.int64)
+
+    def look(start: int, stop: int) -> None:
+        open_[start:stop] = rays - (hits[start:stop] == INSIDE).sum(axis=1)
+        met[start:stop] = (hits[start:stop] >= 0).sum(axis=1)
+
+    in_threads(look, n, max(1, CHUNK // rays))
+    alive = (open_ > BURIED * rays) & (met > 0)
+    return Openness(np.where(alive, open_ / rays, 0.0),
+                    np.where(alive, (open_ - met) / np.maximum(open_, 1), 0.0))
+
+
+def probed(mesh: Mesh, visibility: Visibility, seed: tuple[int, ...]) -> Openness:
+    """The same told from PROBE_RAYS of each patch, and MORE_RAYS of those that seem to be covered in part."""
+    hits = cast(mesh, visibility, PROBE_RAYS, seed)
+    found = openness(hits)
+    partly = np.flatnonzero((hits == INSIDE).any(axis=1) & visibility.exposed)
+    nets = Nets(MORE_RAYS, 4, (*seed, 1))
+
+    def look(start: int, stop: int) -> None:
+        patch = partly[start:stop]
+        better = openness(_met(mesh, visibility, patch, nets.draw(start, stop)))
+        found.exposed[patch], found.lost[patch] = better.exposed, better.lost
+
+    in_threads(look, len(partly), CHUNK // MORE_RAYS)
+    return found
+
+
+def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
+    """Factors counted from what rays meet (n_patches, rays), of `cast`: each row sums to 1 whatever
+    stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
+    grows with the number of patches, not its square."""
+    n, rays = hits.shape
+    open_ = openness(hits)
+    areas = mesh.area * open_.exposed
+    share = mesh.area / rays / (1 - open_.lost)
+    given, between = _gathered(mesh, hits, areas > 0, areas, share, max(1, CHUNK // rays))
+    error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
+    if better_dense(n, 2 * hits.size):
+        half = given.toarray()
+        matrix = half + half.T
+    else:
+        matrix = Counted(given, given.T.tocsr(), np.zeros(n))
+    leak = float(open_.lost.max())
+    return Exchange(areas, balance(matrix, areas)[0], leak, error, pair, leak, int(open_.lost.argmax()))
+
+
+def _gathered(mesh: Mesh, hits: np.ndarray, alive: np.ndarray, areas: np.ndarray, share: np.ndarray,
+              step: int) -> tuple[sparse.csr_array, np.ndarray]:
+    """Exchange areas counted ray by ray (n, n) [m²], and between surfaces (n_surfaces, n_surfaces) [m²].
+
+    A ray of a patch is worth `share` (n,). Of the two counts of a pair the smaller patch's is the better:
+    their variances are as the areas, and so the pair's two are weighted.
+    """
+    n, surfaces = len(hits), mesh.surface.max() + 1
+    kept = np.empty(hits.shape, dtype=bool)
+
+    def choose(start: int, stop: int) -> None:
+        part = hits[start:stop]
+        kept[start:stop] = (part >= 0) & alive[start:stop, None] & alive[part]
+
+    in_threads(choose, n, step)
+    ends = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+    column, data = np.empty(ends[-1], dtype=np.int32), np.empty(ends[-1])
+    between = np.zeros((-(-n // step), surfaces**2))
+
+    def weigh(start: int, stop: int) -> None:
+        part = slice(ends[start], ends[stop])
+        own, column[part] = kept[start:stop], hits[start:stop][kept[start:stop]]
+        row = np.repeat(np.arange(start, stop), own.sum(axis=1))
+        other, worth = areas[column[part]], share[row]
+        data[part] = worth * other / (areas[row] + other)
+        pairs = mesh.surface[row] * surfaces + mesh.surface[column[part]]
+        between[start // step] = np.bincount(pairs, worth, surfaces**2)
+
+    in_threads(weigh, n, step)
+    given = sparse.csr_array((data, column, ends), shape=(n, n))
+    return given, between.sum(axis=0).reshape(surfaces, surfaces)
+
+
+def look_round(points: np.ndarray, normals: np.ndarray, visibility: Visibility, rays: int,
+               seed: tuple[int, ...]) -> np.ndarray:
+    """The patch that each of `rays` cosine-distributed rays from each point meets (k, rays), in REPLICAS
+    independent nets one after the other.
+
+    points : (k, 3) [m], already off their surface. A point inside a solid sees nothing.
+    """
+    nets = Nets(rays // REPLICAS, 2, seed, REPLICAS)
+    axes = frames(normals)
+    hits = np.empty((len(points), rays), dtype=np.int32)
+
+    def work(start: int, stop: int) -> None:
+        directions = cosine_directions(nets.draw(start, stop), axes[start:stop]).reshape(-1, 3)
+        origins = np.repeat(points[start:stop], rays, axis=0)
+        hits[start:stop] = visibility.first_hit(origins, directions).reshape(-1, rays)
+
+    in_threads(work, len(points), max(1, CHUNK // rays))
+    return hits
+
+
+def shares(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
+    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), from
+    what rays meet (k, rays)."""
+    row, ray = np.nonzero(hits >= 0)
+    weights = np.full(len(row), 1 / hits.shape[1])
+    return sparse.coo_array((weights, (row, hits[row, ray])), shape=(len(hits), n_patches)).tocsr()

@@ -1,0 +1,144 @@
+"""Between which patches something may stand, told from boxes before any ray is cast.
+
+Patches are gathered in small flat clusters. The shaft between two clusters, the convex hull of both, is
+clear of an object if a plane parts it from the object's box (Haines and Wallace, Shaft Culling, 1994).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.transport.contour import frames
+from renderer.transport.patches import Mesh
+from renderer.transport.threads import in_threads
+
+CLUSTER = 8
+"""Patches in a cluster, at most."""
+SLACK = 1e-9
+"""What reaches into a shaft by less than this share of the room is beside it."""
+PAIRS = 1 << 14
+"""Pairs of clusters looked at together."""
+
+
+@dataclass(frozen=True)
+class Clusters:
+    """Patches side by side, each cluster in a box of its own.
+
+    patches : (k,) indices, cluster by cluster; starts : (n_clusters + 1,) where each begins
+    middle : (n_clusters, 3) [m]; axes : (n_clusters, 3, 3), the last the normal of a flat one
+    half : (n_clusters, 3) half the box's sides [m]; flat : (n_clusters,) whether all normals are one
+    """
+
+    patches: np.ndarray
+    starts: np.ndarray
+    middle: np.ndarray
+    axes: np.ndarray
+    half: np.ndarray
+    flat: np.ndarray
+
+    def extent(self, cluster: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far clusters (k,) reach along axes (k, 3): from, to (k,) [m]."""
+        middle = np.einsum("ki,ki->k", self.middle[cluster], axis)
+        half = np.einsum("kai,ki->ka", self.axes[cluster], axis)
+        half = (np.abs(half) * self.half[cluster]).sum(axis=1)
+        return middle - half, middle + half
+
+
+def clusters(mesh: Mesh, patches: np.ndarray) -> Clusters:
+    """Gather patches (k,) by where they are and how they face."""
+    from scipy.spatial import cKDTree
+
+    place = (mesh.centroid[patches] - mesh.middle) / mesh.scale
+    # Rounded, so that a room has the same clusters wherever it stands.
+    tree = cKDTree(np.round(np.hstack([place, 10 * mesh.normal[patches]]), 6), leafsize=CLUSTER)
+    starts, nodes = [], [tree.tree]
+    while nodes:
+        node = nodes.pop()
+        if node.split_dim < 0:
+            starts.append(node.start_idx)
+        else:
+            nodes += [node.lesser, node.greater]
+    starts = np.sort(starts)
+    patches, sizes = patches[tree.indices], np.diff([*starts, len(patches)])
+    own = np.repeat(np.arange(len(starts)), sizes)
+    axes = frames(mesh.normal[patches[starts]])
+    local = np.einsum("kci,kai->kca", mesh.corners[patches] - mesh.middle, axes[own])
+    low = np.minimum.reduceat(local.min(axis=1), starts)
+    high = np.maximum.reduceat(local.max(axis=1), starts)
+    middle = np.einsum("ka,kai->ki", (low + high) / 2, axes) + mesh.middle
+    turned = 1 - np.einsum("ki,ki->k", mesh.normal[patches], axes[own, 2])
+    flat = (np.maximum.reduceat(turned, starts) < SLACK) & (high - low < SLACK * mesh.scale)[:, 2]
+    return Clusters(patches, np.append(starts, len(patches)), middle, axes, (high - low) / 2, flat)
+
+
+def doubtful_pairs(mesh: Mesh, patches: np.ndarray, partly: np.ndarray) -> np.ndarray:
+    """Pairs of patches that face each other and between which something may stand (2, k), each once.
+
+    patches : (m,) those that take part; partly : (n_patches,) which are covered in part, and so never in
+    plain sight
+    """
+    groups = clusters(mesh, patches)
+    first, second = np.triu_indices(len(groups.flat))
+    doubtful = np.empty(len(first), dtype=bool)
+    some = np.logical_or.reduceat(partly[groups.patches], groups.starts[:-1])
+
+    def work(start: int, stop: int) -> None:
+        i, j = first[start:stop], second[start:stop]
+        facing = _facing(groups, i, j, SLACK * mesh.scale)
+        found = facing & (some[i] | some[j])
+        asked = np.flatnonzero(facing & ~found)
+        found[asked] = _hindered(groups, i[asked], j[asked], mesh.obstacles, SLACK * mesh.scale)
+        doubtful[start:stop] = found
+
+    in_threads(work, len(first), PAIRS)
+    return _each(groups, first[doubtful], second[doubtful])
+
+
+def _facing(groups: Clusters, first: np.ndarray, second: np.ndarray, slack: float) -> np.ndarray:
+    """Whether some of each cluster is before the other (k,)."""
+    facing = np.ones(len(first), dtype=bool)
+    for one, other in ((first, second), (second, first)):
+        normal = groups.axes[one, 2]
+        plane, reach = groups.extent(one, normal)[1], groups.extent(other, normal)[1]
+        facing &= (reach > plane + slack) | ~groups.flat[one]
+    return facing
+
+
+def _hindered(groups: Clusters, first: np.ndarray, second: np.ndarray, boxes: np.ndarray,
+              slack: float) -> np.ndarray:
+    """Whether some box (m, 8, 3) reaches into the shaft between two clusters (k,): true unless a plane parts
+    every box from it, along the room's axes, a cluster's own, or the shaft's."""
+    along = groups.middle[second] - groups.middle[first]
+    room = np.eye(3)
+    axes = [np.broadcast_to(axis, along.shape) for axis in room]
+    axes += [groups.axes[first, 2], groups.axes[second, 2], *(np.cross(along, axis) for axis in room)]
+    axes = np.stack(axes, axis=1)
+    length = np.linalg.norm(axes, axis=2)
+    axes /= np.maximum(length, 1e-300)[..., None]
+    low, high = np.empty(axes.shape[:2]), np.empty(axes.shape[:2])
+    for k in range(axes.shape[1]):
+        (low1, high1), (low2, high2) = (groups.extent(one, axes[:, k]) for one in (first, second))
+        low[:, k], high[:, k] = np.minimum(low1, low2) + slack, np.maximum(high1, high2) - slack
+    low[length == 0], high[length == 0] = -np.inf, np.inf  # a shaft along an axis of the room
+    found = np.zeros(len(first), dtype=bool)
+    for box in boxes[np.argsort(-np.ptp(boxes, axis=1).max(axis=1, initial=0.0))]:
+        # By its place in the room alone most boxes are told to be beside a shaft.
+        near = (box.max(axis=0) > low[:, :3]) & (box.min(axis=0) < high[:, :3])
+        left = np.flatnonzero(near.all(axis=1) & ~found)
+        reach = axes[left, 3:] @ box.T
+        parted = (reach.max(axis=2) <= low[left, 3:]) | (reach.min(axis=2) >= high[left, 3:])
+        found[left[~parted.any(axis=1)]] = True
+    return found
+
+
+def _each(groups: Clusters, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The pairs of patches (2, m) of pairs of clusters (k,)."""
+    sizes = np.diff(groups.starts)
+    counts = sizes[first] * sizes[second]
+    pair = np.repeat(np.arange(len(first)), counts)
+    place = np.arange(len(pair)) - np.repeat(np.cumsum(counts) - counts, counts)
+    row, column = np.divmod(place, sizes[second[pair]])
+    one = groups.patches[groups.starts[first[pair]] + row]
+    other = groups.patches[groups.starts[second[pair]] + column]
+    once = (first[pair] != second[pair]) | (one < other)
+    return np.stack([one[once], other[once]]).astype(np.int32)
