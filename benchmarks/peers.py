@@ -36,7 +36,7 @@ CONVERGED = 0.002
 SPECTRAL = ("llvm_ad_spectral", "scalar_spectral")
 LONGEST_READING = 40.0
 """Seconds after which a peer's reading is scaled instead."""
-SPP = (64, 512)
+SPP = (64, 528)
 """Paths a pixel of Mitsuba's pictures."""
 DIRECT = "-dj 0.7 -dc 1 -dt 0 -dr 0 -u+"
 PATHS = f"-ab 200 -aa 0 -ad 4 -as 0 -ds 0.2 -lr -200 -lw 1e-3 {DIRECT}"
