@@ -53,27 +53,36 @@ def readings_in_radiance(scenes: list[Scene], progress: Progress) -> list[list[V
 
 
 def _readings(scene: Scene, progress: Progress) -> list[Value]:
-    import pyradiance
-
     room = hand_over(scene)
     progress(f"{scene.title}: {len(room.meters)} meters in {NAME}")
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
-        text, octree = Path(folder) / "room.rad", Path(folder) / "room.oct"
-        text.write_text(radiance_text(room))
-        octree.write_bytes(pyradiance.oconv(text, warning=False))
-        return list(pool.map(lambda meter: _read(octree, meter, room.luminous), room.meters))
+        octree = write_octree(room, Path(folder))
+        return list(pool.map(lambda meter: read(octree, meter, room.luminous), room.meters))
 
 
-def _read(octree: Path, meter: Meter, luminous: np.ndarray) -> Value:
+def write_octree(room: Handover, folder: Path) -> Path:
+    """The room as the file that rtrace works on."""
+    import pyradiance
+
+    text, octree = folder / "room.rad", folder / "room.oct"
+    text.write_text(radiance_text(room))
+    octree.write_bytes(pyradiance.oconv(text, warning=False))
+    return octree
+
+
+def read(octree: Path, meter: Meter, luminous: np.ndarray, precision: float = PRECISION,
+         seconds: float = SECONDS) -> Value:
     """A few rays tell their cost and spread, then as many as precision and time ask for.
+
+    precision : half-width, relative to the reading; seconds : [s]
 
     All in one run, for rtrace takes its random numbers from the second it is started in, and two
     runs within one second are the same.
     """
     started = time.perf_counter()
     pilot = value(_trace(octree, meter, PILOT) @ luminous)
-    affordable = PILOT * SECONDS / (time.perf_counter() - started)
-    precise = PILOT * (pilot.half_width / (PRECISION * pilot.lx)) ** 2 if pilot.lx > 0 else PILOT
+    affordable = PILOT * seconds / (time.perf_counter() - started)
+    precise = PILOT * (pilot.half_width / (precision * pilot.lx)) ** 2 if pilot.lx > 0 else PILOT
     return value(_trace(octree, meter, int(max(min(precise, affordable), PILOT))) @ luminous)
 
 
