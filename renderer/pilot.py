@@ -41,6 +41,11 @@ class Size:
     other_vertices: float
     other_area: float
 
+    @property
+    def apart(self) -> float:
+        """How far the two are apart [m²]; as far as patches are large where they are alike."""
+        return abs(self.other_area - self.area) or self.area
+
     def finer(self, shorter: float) -> "Size":
         """The same with patches so many times shorter, about."""
         more = shorter**2
@@ -78,7 +83,7 @@ class Pilot:
     def expected(self, size: Size, rays: int) -> list[Figure]:
         """The figures with the error bars that they will have on a mesh of that size with so many rays."""
         own = self.size
-        mesh = (abs(size.other_area - size.area) / abs(own.other_area - own.area)) ** OF_MESH
+        mesh = (size.apart / own.apart) ** OF_MESH
         sampling = (size.area / own.area) ** OF_SIZE * (self.rays / rays) ** OF_RAYS if rays else 0.0
         found = []
         for f in self.figures:

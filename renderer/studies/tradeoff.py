@@ -27,7 +27,7 @@ TARGETS = (0.05, 0.01, 0.002)
 RUNS, ENOUGH = 3, 0.5
 """Runs of which the median is taken, each with rays of its own; where form factors take longer than this many
 seconds, two."""
-ALIKE, ALIKE_OF_TARGET = 1.1, 0.1
+ALIKE, ALIKE_OF_TARGET = 1.1, 0.5
 """Times that differ by less are alike; so are errors that differ by less than this share of the target, or
 than what the reference is known to."""
 PREFERRED = ("31", "61", "16", "9", "6", "rgb-prefiltered", "rgb")
