@@ -9,11 +9,13 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
 
 RUNS = (["grey_room"], ["red_room"], ["red_room", "--accuracy", "0.3%"],
         ["furnished_room", "--accuracy", "5%"],
-        ["furnished_room"], ["l_shaped"], ["l_shaped", "--accuracy", "0.5%"])
+        ["furnished_room"], ["l_shaped"], ["l_shaped", "--accuracy", "0.5%"],
+        ["office"], ["classroom"], ["classroom", "--accuracy", "3%"], ["gallery"])
 
 
 def main() -> None:
@@ -23,19 +25,29 @@ def main() -> None:
         command = [sys.executable, "-m", "renderer"]
         said = json.loads(subprocess.run([*command, "plan", *run, "--json"], check=True, capture_output=True,
                                          text=True).stdout)
-        started = time.perf_counter()
-        reading = subprocess.Popen([*command, "photometer", *run, "--json", "--quiet", "--no-cache"],
-                                   stdout=subprocess.PIPE, text=True)
-        got = json.loads(reading.stdout.read())
-        taken = os.wait4(reading.pid, 0)[2].ru_maxrss * 1024
-        seconds = time.perf_counter() - started
-        rays = f"{said['rays'] / got['rays']:.2f}" if got["rays"] else "none"
-        lux = [meter["illuminance_lx"] for meter in got["readings"]]
-        bar = max(meter["uncertainty"] / meter["total"] for meter in lux)
-        print(f"{' '.join(run):34}{said['patches']:>8}/{got['patches']:<7}{rays:>8}"
+        last = said["finer"][-1] if said["finer"] else said
+        with tempfile.TemporaryDirectory() as folder:
+            started = time.perf_counter()
+            reading = subprocess.Popen([*command, "photometer", *run, "--json", "--quiet", "--no-cache",
+                                        "--out", folder], stdout=subprocess.PIPE, text=True)
+            got = json.loads(reading.stdout.read())
+            taken = os.wait4(reading.pid, 0)[2].ru_maxrss * 1024
+            seconds = time.perf_counter() - started
+        rays = f"{last['rays'] / got['rays']:.2f}" if got["rays"] else "none"
+        bar = max(widths(got))
+        print(f"{' '.join(run):34}{last['patches']:>8}/{got['patches']:<7}{rays:>8}"
               f"{said['seconds']:>9.1f}/{seconds:.1f} = {said['seconds'] / seconds:.2f}"
               f"{said['memory'] / 1e9:>9.2f}/{taken / 1e9:.2f} = {said['memory'] / taken:.2f}"
-              f"{said['expected']:>10.2%}/{bar:.2%} = {said['expected'] / bar:.2f}", flush=True)
+              f"{last['expected']:>10.2%}/{bar:.2%} = {last['expected'] / bar:.2f}", flush=True)
+
+
+def widths(record: dict) -> list[float]:
+    """Error bars over what they are of: photometers, grids' means and least values."""
+    lux = [meter["illuminance_lx"] for meter in record["readings"]]
+    bars = [(meter["uncertainty"], meter["total"]) for meter in lux]
+    for grid in record.get("grids", []):
+        bars += [(grid["uncertainty_lx"][key], grid["illuminance_lx"][key]) for key in ("mean", "min")]
+    return [bar / value for bar, value in bars if value > 0]
 
 
 if __name__ == "__main__":

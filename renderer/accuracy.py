@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from renderer.plan import Plan
 from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import Scene
 from renderer.solution import Progress, Reading, Rooms, Solution, solve
@@ -42,14 +43,27 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
     for left in reversed(range(ROUNDS + 1)):
         progress(f"{scene.title}: readings")
         wanted, figures = read(solution)
-        missed = [f for f in figures if 0 < asked * f.value < f.uncertainty]
-        if not missed or not left or scene.solver.patch_size:
+        if not left or scene.solver.patch_size:
             break
-        worst = (max(getattr(f, part) / (asked * f.value) for f in missed)
-                 for part in ("mesh_error", "sampling_error"))
-        plan = solution.plan.finer(len(solution.transport.mesh.patches), *worst)
+        plan = finer(solution.plan, len(solution.transport.mesh.patches), figures, asked)
         if plan is None:
             break
-        progress(f"{scene.title}: {missed[0].name!r} is not known to {asked:.2%} yet; solving finer")
+        progress(f"{scene.title}: {missed(figures, asked)[0].name!r} is not known to {asked:.2%} yet; "
+                 "solving finer")
         solution = solve(scene, bands, accuracy, seed, rooms, progress, plan)
     return solution, wanted, figures
+
+
+def missed(figures: list[Figure], asked: float) -> list[Figure]:
+    """Those whose error bar is wider than the accuracy asked [1]."""
+    return [f for f in figures if 0 < asked * f.value < f.uncertainty]
+
+
+def finer(plan: Plan, patches: int, figures: list[Figure], asked: float) -> Plan | None:
+    """The plan to solve with next, so that figures reach the accuracy asked [1]; None where all do, or memory
+    holds nothing finer. `patches` : how many the plan made."""
+    wide = missed(figures, asked)
+    if not wide:
+        return None
+    return plan.finer(patches, *(max(getattr(f, part) / (asked * f.value) for f in wide)
+                                 for part in ("mesh_error", "sampling_error")))

@@ -1,51 +1,66 @@
 """What a run will take, said beforehand: patches, rays, bands, time and memory."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from os import cpu_count
 
 import numpy as np
 
+from renderer.accuracy import ROUNDS, finer
 from renderer.colour.bands import narrow_bands
+from renderer.pilot import Pilot, Size, fly, size_of
 from renderer.plan import Plan, make_plan
+from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import Scene
-from renderer.solution import distinct_bands, solve
+from renderer.solution import distinct_bands
 from renderer.transport.contour import point_factors
 from renderer.transport.exchange import better_dense
 from renderer.transport.hemisphere import independent_parts
 from renderer.transport.mesh import build_mesh
 from renderer.transport.mounting import seated, stand_off
 from renderer.transport.patches import Mesh
+from renderer.transport.sampling import REPLICAS
 from renderer.transport.visibility import Visibility
 
 TRIED_RAYS, TRIED_POINTS = 1 << 15, 32
 """Rays cast and points seen from, in the scene itself, to learn what one costs here and now."""
 OF_A_RAY, OF_A_PAIR = 3.5, 0.9
 """What a ray and a pair of patches cost with all that is done with them, over the cast or factor alone."""
-METER_RAYS, PATCH_RAYS = 500_000, 100
-"""Rays of one meter on one mesh; shadow rays from one patch to one luminaire, where some are needed."""
 PARALLEL = 0.7
 """How much of the work runs on every core."""
 START, PROGRAM = 1.3, 300e6
 """Of any run: seconds, and bytes for the program and its packages."""
-PILOT, PILOT_RAYS = 700, 256
-"""Patches and rays of the coarse solve whose error bars tell what to expect."""
-OF_PATCHES, OF_RAYS, OF_MORE = 0.9, 0.7, 0.4
-"""A bar's part by the mesh falls as patches to that power; by sampling as rays, and patches, to those
-(`benchmarks/estimates.py`)."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One solve of a run, about.
+
+    patches, other_patches : of the mesh, and of the second one that tells its error
+    rays : on the first mesh, as a run reports; seconds : of form factors, direct light and meters
+    memory : of its operators [bytes]
+    expected : the widest error bar of photometers, and of grids' means and least values [1]; None where
+        none is lit
+    """
+
+    patches: int
+    other_patches: int
+    rays: int
+    seconds: float
+    memory: float
+    expected: float | None
 
 
 @dataclass(frozen=True)
 class Forecast:
-    """What reading a scene's photometers will take, as far as can be said without doing it.
+    """What reading a scene's photometers and grids will take, as far as can be said without doing it.
 
-    patches, other_patches : of the mesh, and of the second one that tells its error
+    patches, other_patches, rays, expected : of the first solve, as in `Stage`
     bands : asked for; bands_solved : distinct systems of equations
-    rays : on the first mesh, as a run reports
-    seconds : on this machine as busy as it is now; memory : at most, in bytes
+    seconds : on this machine as busy as it is now, finer solves included
+    memory : at most, in bytes, likewise
     accuracy : asked of readings; promise : the smallest that can be promised here [1]
-    expected : the widest error bar of the scene's photometers as first solved [1]; None without any that
-        is lit. Past `accuracy` a finer solve follows, up to twice.
+    finer : solves that will follow because bars are wider than asked
     left_out, modelled : sentences
     """
 
@@ -59,6 +74,7 @@ class Forecast:
     accuracy: float
     promise: float
     expected: float | None
+    finer: list[Stage]
     modelled: list[str]
     left_out: list[str]
 
@@ -68,44 +84,51 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     plan = make_plan(scene, accuracy, scene.solver.patch_size)
     luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     meshes = [build_mesh(scene, luminaires, each.patch_size) for each in (plan, plan.times(2))]
-    meters = len(scene.photometers) + sum(len(grid.points) for grid in scene.grids)
     band_set = scene.band_set(bands)
     first, *_ = distinct_bands(scene.reflectance(band_set), scene.flux(band_set))
-    if plan.rays:
-        rays, other = (_rays(mesh, plan.rays, len(luminaires), meters) for mesh in meshes)
-        work = OF_A_RAY * (rays + other) * _seconds_of_a_ray(meshes[1])
-    else:
-        rays = 0
-        pairs = sum(len(mesh.patches) * (len(mesh.patches) + len(mesh.vertices)) for mesh in meshes)
-        work = OF_A_PAIR * pairs * _seconds_of_a_pair(meshes[1])
-    cores = cpu_count() or 1
-    seconds = START + work * (PARALLEL / cores + 1 - PARALLEL)
-    memory = PROGRAM + sum(_bytes(mesh, plan.rays) for mesh in meshes)
+    size, pilot = size_of(*meshes), fly(scene, plan, len(meshes[0].patches))
+    one = _seconds_of_a_ray(meshes[1]) if plan.rays else _seconds_of_a_pair(meshes[1])
+    stages, each = [], plan
+    while each is not None:
+        figures = pilot.expected(size, each.rays)
+        stages.append(_stage(size, each.rays, pilot, figures, one))
+        if len(stages) > ROUNDS or scene.solver.patch_size:
+            break
+        before, each = each, finer(each, stages[-1].patches, figures, accuracy)
+        size = size.finer(before.patch_size / each.patch_size) if each else size
     modelled, left_out = _sentences(scene, plan, len(band_set.xyz), len(first))
-    return Forecast(len(meshes[0].patches), len(meshes[1].patches), len(band_set.xyz), len(first), rays,
-                    seconds, memory, accuracy, plan.promise, _expected(scene, plan, len(meshes[0].patches)),
-                    modelled, left_out)
+    start = stages[0]
+    return Forecast(start.patches, start.other_patches, len(band_set.xyz), len(first), start.rays,
+                    START + sum(stage.seconds for stage in stages),
+                    PROGRAM + sum(stage.memory for stage in stages), accuracy, plan.promise, start.expected,
+                    stages[1:], modelled, left_out)
 
 
-def _expected(scene: Scene, plan: Plan, patches: int) -> float | None:
-    """The widest error bar of the scene's photometers [1], from those of a coarse solve in RGB."""
-    coarse = plan.times(max(2.0, float(np.sqrt(patches / PILOT))))
-    coarse = replace(coarse, rays=plan.rays and PILOT_RAYS)
-    pilot = solve(scene, "rgb", plan=coarse)
-    lit = [reading for reading in pilot.photometers() if reading.total_lx > 0]
-    fewer = len(pilot.transport.mesh.patches) / patches
-    mesh = fewer**OF_PATCHES
-    sampling = fewer**OF_MORE * (PILOT_RAYS / plan.rays) ** OF_RAYS if plan.rays else 0.0
-    floor = pilot.quadrature  # the same on any mesh
-    return max((float(np.linalg.norm([
-        mesh * np.sqrt(max(0.0, (reading.mesh_error / reading.total_lx) ** 2 - floor**2)),
-        sampling * reading.sampling_error / reading.total_lx, floor])) for reading in lit), default=None)
+def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: float) -> Stage:
+    """What a solve on a mesh of that size takes.
 
-
-def _rays(mesh: Mesh, per_patch: int, luminaires: int, meters: int) -> int:
-    """Rays from patches and vertices, to luminaires, and of the meters."""
-    return ((len(mesh.patches) + len(mesh.vertices)) * per_patch
-            + PATCH_RAYS * len(mesh.patches) * luminaires + METER_RAYS * meters)
+    rays : a patch; figures : as they are expected; one : seconds of a ray, or of a pair where none is cast
+    """
+    both = ((size.patches, size.vertices), (size.other_patches, size.other_vertices))
+    cast, work = [], 0.0
+    for n, v in both:
+        if rays:
+            several = independent_parts(int(n), rays) > 1
+            cast.append((n + v * several) * rays)
+            work += OF_A_RAY * cast[-1] * one
+        else:
+            work += OF_A_PAIR * n * (n + v) * one
+    seconds = work * (PARALLEL / (cpu_count() or 1) + 1 - PARALLEL)
+    seconds += pilot.lamp_seconds * (size.patches + size.other_patches)
+    seconds += pilot.meters * pilot.meter_seconds * np.mean([pilot.growth(n) for n, _ in both])
+    total = 0.0
+    if rays:
+        parts = independent_parts(int(size.patches), rays) / REPLICAS
+        total = cast[0] + parts * (pilot.lamp_rays * size.patches
+                                   + pilot.meters * pilot.meter_rays * pilot.growth(size.patches))
+    widest = max((f.uncertainty / f.value for f in figures if f.value > 0), default=None)
+    return Stage(round(size.patches), round(size.other_patches), round(total), float(seconds),
+                 sum(_bytes(round(n), round(v), rays) for n, v in both), widest)
 
 
 def _seconds_of_a_ray(mesh: Mesh) -> float:
@@ -128,9 +151,8 @@ def _seconds_of_a_pair(mesh: Mesh) -> float:
     return (time.perf_counter() - started) / (len(mesh.centroid[points]) * len(mesh.patches))
 
 
-def _bytes(mesh: Mesh, rays: int) -> float:
-    """Memory of one mesh's operators while they are made."""
-    n, v = len(mesh.patches), len(mesh.vertices)
+def _bytes(n: int, v: int, rays: int) -> float:
+    """Memory of one mesh's operators while they are made: of n patches and v vertices, with rays a patch."""
     if not rays:
         return 8.0 * 1.2 * n * (n + v)
     parts = independent_parts(n, rays)

@@ -14,10 +14,13 @@ from renderer.transport.threads import in_threads
 
 def read_grid(solution: Solution, grid: Grid) -> GridReading:
     """Read a meter at each point of a grid. Raises InputError where it can stand at none."""
-    where = f"{solution.scene.path}: photometer_grids {grid.name!r}"
+    return read_points(solution, grid, readable(solution.transport, grid, _where(solution, grid)))
+
+
+def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
+    """Read a meter at some points of a grid: `read` (n,) tells at which, one or more."""
+    where, points = _where(solution, grid), grid.points[read]
     fine, samples, other = solution.family
-    read = readable(solution.transport, grid, where)
-    points = grid.points[read]
     rows = [None] * len(points)
 
     def work(start: int, stop: int) -> None:
@@ -31,6 +34,10 @@ def read_grid(solution: Solution, grid: Grid) -> GridReading:
     own, first, *parts, last, these, narrow = np.array(rows).swapaxes(0, 1)
     return summarise(grid, read, own, first, last, np.array(parts).reshape(-1, *own.shape), _ratio(solution),
                      solution.quadrature, float(abs((these - narrow).sum(axis=1).mean())))
+
+
+def _where(solution: Solution, grid: Grid) -> str:
+    return f"{solution.scene.path}: photometer_grids {grid.name!r}"
 
 
 def mean_luminance(solution: Solution, position, directions: np.ndarray, name: str) -> Figure:

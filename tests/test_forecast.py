@@ -3,15 +3,23 @@
 import json
 import subprocess
 import sys
+import time
 
 import pytest
 
-from renderer.forecast import forecast
+from renderer import plan
+from renderer.accuracy import finer, solve_and_read
+from renderer.forecast import START, forecast
+from renderer.plan import Plan
+from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import load
 from renderer.solution import solve
+from renderer.survey import read_grid
 
 CRATE = {"shape": "box", "name": "crate", "position": [0.5, 0.5, 0.0], "size": [1.0, 1.0, 1.0]}
 METER = {"name": "floor", "position": [2.5, 2.0, 0.0]}
+PLANE = {"name": "plane", "origin": [0.25, 0.25, 0.8], "u": [3.5, 0, 0], "v": [0, 3.5, 0], "spacing": 1.2}
+CORNER = {"name": "corner", "position": [0.01, 0.01, 0.0]}
 
 
 @pytest.mark.parametrize("objects", [(), (CRATE,)])
@@ -35,6 +43,66 @@ def test_the_widest_error_bar_is_within_twice_of_what_is_said(name, accuracy):
     widest = max(reading.uncertainty / reading.total_lx
                  for reading in solve(scene, "rgb", accuracy).photometers())
     assert widest / 2 <= forecast(scene, "rgb", accuracy).expected <= 2 * widest
+
+
+def test_the_points_of_a_grid_are_meters_but_for_those_where_none_can_stand(room):
+    scene = room(0.5, objects=[CRATE], photometers=[METER], grids=[PLANE])
+    solution = solve(scene, "rgb", 0.05)
+    solution.photometers()
+    area = read_grid(solution, scene.grids[0])
+    assert area.left_out > 0  # the crate's
+    said = forecast(scene, "rgb", 0.05)
+    assert solution.transport.rays / 2 <= said.rays <= 2 * solution.transport.rays
+    alone = forecast(room(0.5, objects=[CRATE], photometers=[METER]), "rgb", 0.05)
+    assert said.rays > 3 * alone.rays
+    widest = max(figure.uncertainty / figure.value
+                 for figure in (*area.figures, *(r.figure for r in solution.photometers())))
+    assert widest / 2 <= said.expected <= 2 * widest
+
+
+def test_finer_solves_are_foreseen(room, monkeypatch):
+    # With a tenth of the patches at first, the corner of a light room is solved again, twice.
+    monkeypatch.setattr(plan, "PATCHES_AT_1_PERCENT", 128)
+    scene, steps = room(0.9, photometers=[CORNER]), []
+    said = forecast(scene, "rgb", 0.008)
+    solution, (reading,) = solve_and_read(scene, "rgb", 0.008, progress=steps.append)
+    assert len(said.finer) == sum("solving finer" in step for step in steps) == 2
+    assert said.expected > said.finer[0].expected > 0.008 > said.finer[1].expected
+    # Twice four times as many, but for rounding: a wall has a whole number of rows.
+    patches = len(solution.transport.mesh.patches)
+    assert patches / 1.5 <= said.finer[1].patches <= 1.5 * patches
+    bar = reading.uncertainty / reading.total_lx
+    assert bar / 2 <= said.finer[1].expected <= 2 * bar
+    assert said.seconds > sum(stage.seconds for stage in said.finer) > 0
+    assert said.memory > sum(stage.memory for stage in said.finer) > 0
+
+
+def test_no_finer_solve_follows_where_none_is_needed_or_the_patch_size_is_given(room):
+    assert forecast(room(0.9, photometers=[CORNER]), "rgb", 0.05).finer == []
+    fixed = forecast(room(0.9, photometers=[CORNER], solver={"patch_size": 0.5}), "rgb", 0.003)
+    assert fixed.expected > 0.003
+    assert fixed.finer == []
+
+
+def test_the_next_plan_is_for_the_figure_known_least_well():
+    before = Plan(0.4, 512, ())
+    known, wide = Figure("a", 100.0, 0.5, 0.5), Figure("b", 10.0, 0.3, 0.01)
+    assert finer(before, 1000, [known, Figure("dark", 0.0, 1.0, 0.0)], 0.01) is None
+    assert finer(before, 1000, [known, wide], 0.01) == Plan(0.2, 512, ())  # by its mesh alone
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("accuracy", [0.05, 0.01])
+def test_seconds_are_what_a_run_then_takes_on_the_machine_as_it_is(room, accuracy):
+    # Three times, not two: other work may come and go between the two measurements.
+    scene = room(0.5, objects=[CRATE], photometers=[METER], grids=[PLANE])
+    said = forecast(scene, "31", accuracy).seconds - START
+    started = time.perf_counter()
+    solution = solve(scene, "31", accuracy)
+    solution.photometers()
+    read_grid(solution, scene.grids[0])
+    taken = time.perf_counter() - started
+    assert taken / 3 <= said <= 3 * taken
 
 
 def test_no_bar_is_expected_of_nothing(room):

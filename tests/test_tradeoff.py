@@ -7,9 +7,10 @@ import pytest
 import renderer
 from renderer.colour.bands import BAND_SETS
 from renderer.errors import InputError
+from renderer.scene.model import SolverTable
 from renderer.studies import tradeoff
 from renderer.studies.tradeoff import Setting, Tradeoff, grid, measure
-from renderer.studies.tradeoff_files import COLUMNS, save, words
+from renderer.studies.tradeoff_files import COLUMNS, recommendations, save, words
 
 FLOOR = {"name": "floor", "position": [2.0, 2.0, 0.0], "normal": [0, 0, 1]}
 
@@ -22,8 +23,8 @@ def small(monkeypatch):
     monkeypatch.setattr(tradeoff, "RAYS", (256,))
 
 
-def setting(seconds, error, bands="31", method="contour"):
-    return Setting(bands, method, 0.5, 0, 100, seconds / 2, seconds / 2, error, error / 2)
+def setting(seconds, error, bands="31", method="contour", patches=100):
+    return Setting(bands, method, 0.5, 0, patches, seconds / 2, seconds / 2, error, error / 2)
 
 
 def test_a_room_is_measured_and_written(small, room, tmp_path):
@@ -60,6 +61,37 @@ def test_what_is_recommended_is_fast_enough_good_enough_and_the_programs_own_met
     assert found.recommended(0.01) is settings[2]  # 5 % slower is alike, and better
     assert found.recommended(0.002) is settings[3]
     assert found.recommended(0.0001) is None
+
+
+def test_among_settings_alike_the_programs_own_bands_are_recommended_then_the_fewest_patches():
+    alike = [setting(1.0, 0.0005, "16"), setting(1.02, 0.0014, "61"), setting(1.05, 0.0018, patches=120),
+             setting(1.09, 0.0019), setting(1.09, 0.0011, "rgb")]
+    found = Tradeoff(None, alike, "", 0.0)
+    assert found.recommended(0.01) is alike[3]  # half the target, 0.5 %, is no difference
+    assert found.recommended(0.002) is alike[1]  # 0.1 % is the most: 31 bands are 0.13 % worse
+    assert Tradeoff(None, alike, "", 0.002).recommended(0.002) is alike[3]  # the reference tells no more
+    # Bands that cost more, or miss by more, are no tie.
+    for other in (setting(1.2, 0.001), setting(1.0, 0.0065)):
+        nine = setting(1.0, 0.001, "9")
+        assert Tradeoff(None, [nine, other], "", 0.0).recommended(0.01) is nine
+
+
+def test_every_band_set_has_its_place_among_those_alike():
+    assert sorted(tradeoff.PREFERRED) == sorted(BAND_SETS)
+    assert tradeoff.PREFERRED[0] == SolverTable().bands
+
+
+def test_nothing_is_recommended_for_less_than_the_reference_is_known_to():
+    scene = renderer.load("grey_room")
+    settings = [setting(1.0, 0.0005, name) for name in BAND_SETS]
+    found = Tradeoff(scene, settings, "a reference", 0.0025)
+    assert found.recommended(0.01) is not None
+    assert found.recommended(0.002) is None
+    assert recommendations(found).rows[-1][:2] == ["0.2%", "the reference is known to 0.25 % only"]
+    assert "For 0.2 % nothing is recommended: the reference is known to 0.25 % only." in words(found)
+    assert "0.2 % take" not in words(found)
+    nowhere = Tradeoff(scene, [setting(1.0, 0.03, name) for name in BAND_SETS], "a reference", 0.0)
+    assert "None of these settings is within 1 % and 0.2 %." in words(nowhere)
 
 
 def test_the_scenes_own_patch_size_is_tried():

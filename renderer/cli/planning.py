@@ -15,7 +15,7 @@ cache = App(name="cache", help="Form factors kept between runs: what there is, a
 
 def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
          solving: Solving | None = None, output: Output | None = None) -> None:
-    """What a scene needs, what is left out and why, and what reading its photometers will take.
+    """What a scene needs, what is left out and why, and what reading its photometers and grids will take.
 
     Parameters
     ----------
@@ -34,16 +34,19 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
         print(json.dumps({"scene": loaded.title, **asdict(said)}, indent=1))
         return
     rays = f"{said.rays / 1e6:.2g} million" if said.rays else "none"
+    all_of = "finer solves included, " if said.finer else ""
     rows = [["patches", f"{said.patches}", f"and {said.other_patches} on a second mesh, to tell the error"],
             ["rays", rays, "of patches, lamps and meters"],
             ["bands solved", f"{said.bands_solved} of {said.bands}", "with one operator"],
-            ["time", f"{said.seconds:.2g} s", "on this machine, as busy as it is now; less if kept"],
-            ["memory", f"{said.memory / 1e9:.2g} GB", "at most"],
+            ["time", f"{said.seconds:.2g} s", f"{all_of}on this machine, as busy as it is now; less if kept"],
+            ["memory", f"{said.memory / 1e9:.2g} GB", f"{all_of}at most"],
             ["accuracy", f"{said.accuracy:.2%}", f"asked; {said.promise:.2%} can be promised here"]]
     if said.expected is not None:
-        finer = "; a finer solve will follow, up to twice" if said.expected > said.accuracy else ""
         rows.append(["error bar", f"{said.expected:.2%}",
-                     f"expected, of the photometer known least well{finer}"])
+                     "expected, the widest of photometers and of grids' means and least values"])
+    for stage in said.finer:
+        rows.append(["then finer", f"{stage.patches} patches", f"a finer solve will follow, "
+                     f"{stage.rays / 1e6:.2g} million rays; error bar then {stage.expected:.2%}, about"])
     show(f"{loaded.title}: the plan", ["", "estimate", ""], rows)
     for title, sentences in (("Modelled", said.modelled), ("Left out", said.left_out)):
         for sentence in sentences:

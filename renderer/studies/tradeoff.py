@@ -27,9 +27,11 @@ TARGETS = (0.05, 0.01, 0.002)
 RUNS, ENOUGH = 3, 0.5
 """Runs of which the median is taken, each with rays of its own; where form factors take longer than this many
 seconds, two."""
-
-ALIKE = 1.1
-"""Times that differ by less are alike."""
+ALIKE, ALIKE_OF_TARGET = 1.1, 0.5
+"""Times that differ by less are alike; so are errors that differ by less than this share of the target, or
+than what the reference is known to."""
+PREFERRED = ("31", "61", "16", "9", "6", "rgb-prefiltered", "rgb")
+"""Band sets, where times and errors are alike: the program's own first, then the fullest."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +88,22 @@ class Tradeoff:
         return kept
 
     def recommended(self, target: float) -> Setting | None:
-        """The best of those as fast as the fastest within that error, by the method that the program takes
-        here and with no fewer rays than it casts; None if there is none."""
+        """What to take for that error, by the method that the program takes here and with no fewer rays than
+        it casts; None if no setting is within it, or the reference is not.
+
+        Of those as fast as the fastest and as good as the best of them: the band set preferred, then the
+        fewest patches, then the smaller error.
+        """
         own = "contour" if any(s.method == "contour" for s in self.settings) else "rays"
         within = [s for s in self.settings if s.error <= target and s.method == own
                   and (own == "contour" or s.rays >= FEWEST_RAYS)]
-        alike = ALIKE * min((s.seconds for s in within), default=0.0)
-        return min((s for s in within if s.seconds <= alike), key=lambda s: s.error, default=None)
+        if not within or target < self.floor:
+            return None
+        fastest = min(s.seconds for s in within)
+        fast = [s for s in within if s.seconds <= ALIKE * fastest]
+        good = min(s.error for s in fast) + max(self.floor, ALIKE_OF_TARGET * target)
+        return min((s for s in fast if s.error <= good),
+                   key=lambda s: (PREFERRED.index(s.bands), s.patches, s.error))
 
 
 def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:

@@ -1,6 +1,7 @@
 """A measured trade as a table, a picture, and in words."""
 
 import csv
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -36,9 +37,15 @@ def recommendations(found: Tradeoff) -> Table:
     rows = []
     for target in TARGETS:
         best = found.recommended(target)
-        rows.append([f"{target:.1%}", *(["none of these"] + ["–"] * 5 if best is None else _cells(best))])
+        none = "none of these" if target >= found.floor else _beyond(found)
+        rows.append([f"{target:.1%}", *([none] + ["–"] * 5 if best is None else _cells(best))])
     return Table(f"{found.scene.title}: what to take",
                  ["error", "bands", "factors", "patch m", "patches", "time s", "its error"], rows)
+
+
+def _beyond(found: Tradeoff) -> str:
+    """Why nothing is recommended for a target below the reference's own error."""
+    return f"the reference is known to {_percent(found.floor)} only"
 
 
 def _cells(s: Setting) -> list[str]:
@@ -65,15 +72,22 @@ def words(found: Tradeoff) -> str:
             f"At best RGB is {_percent(exact['rgb'])} off here, prefiltered "
             f"{_percent(exact['rgb-prefiltered'])}, six nodes {_percent(exact['6'])}, 9 bands "
             f"{_percent(exact['9'])}, 16 {_percent(exact['16'])}, 31 {_percent(exact['31'])}."]
-    for best in dict.fromkeys(map(found.recommended, TARGETS)):
-        targets = " and ".join(f"{100 * t:g} %" for t in TARGETS if found.recommended(t) is best)
+    beyond = [t for t in TARGETS if t < found.floor]
+    for best in dict.fromkeys(found.recommended(t) for t in TARGETS if t not in beyond):
+        targets = _listed(t for t in TARGETS if t not in beyond and found.recommended(t) is best)
         if best is None:
             said.append(f"None of these settings is within {targets}.")
             continue
         factors = f"{best.rays} rays a patch, which follow from --accuracy" if best.rays else "exact factors"
         said.append(f"For {targets} take bands = \"{best.bands}\" and patch_size = {best.patch_size:.2f} "
                     f"({factors}): {best.seconds:.2g} s, {_percent(best.error)} off.")
+    if beyond:
+        said.append(f"For {_listed(beyond)} nothing is recommended: {_beyond(found)}.")
     return " ".join(said)
+
+
+def _listed(targets: Iterable[float]) -> str:
+    return " and ".join(f"{100 * t:g} %" for t in targets)
 
 
 def _percent(x: float) -> str:

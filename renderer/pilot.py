@@ -1,0 +1,157 @@
+"""A coarse solve of a scene, and what it tells of a finer one: error bars, and what lamps and meters cost."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from renderer.cache import Arrays
+from renderer.plan import Plan
+from renderer.readings.grid import readable
+from renderer.readings.uncertainty import Figure
+from renderer.scene.reading import Scene
+from renderer.solution import Rooms, Solution, solve
+from renderer.survey import read_points
+from renderer.transport.patches import Mesh
+
+PATCHES, RAYS = 700, 256
+"""Of the coarse solve: patches, about, and rays a patch."""
+OF_GRID, OF_METERS = 3, 8
+"""Points read of each grid, and photometers, spread over the scene's."""
+OF_MESH, OF_RAYS, OF_SIZE = 0.9, 0.7, 0.5
+"""A bar's part by the mesh falls as patches' mean size to that power; by sampling as rays, and that size,
+to those (`benchmarks/estimates.py`)."""
+ELEMENTS = 8000
+"""What a meter divides the surfaces into, about; of a fine mesh's patches it adds a quarter."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """A mesh and a coarser one that tells its error.
+
+    patches, vertices, other_patches, other_vertices : how many
+    area, other_area : of a patch, in the mean over all places of the room [m²]
+    """
+
+    patches: float
+    vertices: float
+    area: float
+    other_patches: float
+    other_vertices: float
+    other_area: float
+
+    @property
+    def apart(self) -> float:
+        """How far the two are apart [m²]; as far as patches are large where they are alike."""
+        return abs(self.other_area - self.area) or self.area
+
+    def finer(self, shorter: float) -> "Size":
+        """The same with patches so many times shorter, about."""
+        more = shorter**2
+        return Size(self.patches * more, self.vertices * more, self.area / more, self.other_patches * more,
+                    self.other_vertices * more, self.other_area / more)
+
+
+def size_of(mesh: Mesh, other: Mesh) -> Size:
+    """The size of two meshes: where a few small patches are about lamps, the large ones tell the error."""
+    return Size(len(mesh.patches), len(mesh.vertices), float(mesh.area @ mesh.area / mesh.area.sum()),
+                len(other.patches), len(other.vertices), float(other.area @ other.area / other.area.sum()))
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """What a coarse solve told.
+
+    rays : a patch; floor : share of a reading that its bar has on any mesh
+    figures : photometers, and mean and least of grids, as read on it
+    meters : of the scene, points of grids at which none can stand left out
+    meter_seconds : of one meter on both meshes; meter_rays : on the first
+    lamp_seconds, lamp_rays : of direct light on one patch
+    """
+
+    size: Size
+    rays: int
+    floor: float
+    figures: list[Figure]
+    meters: int
+    meter_seconds: float
+    meter_rays: float
+    lamp_seconds: float
+    lamp_rays: float
+
+    def expected(self, size: Size, rays: int) -> list[Figure]:
+        """The figures with the error bars that they will have on a mesh of that size with so many rays."""
+        own = self.size
+        mesh = (size.apart / own.apart) ** OF_MESH
+        sampling = (size.area / own.area) ** OF_SIZE * (self.rays / rays) ** OF_RAYS if rays else 0.0
+        found = []
+        for f in self.figures:
+            floor = self.floor * f.value
+            moves = mesh * np.sqrt(max(0.0, f.mesh_error**2 - floor**2))
+            found.append(replace(f, mesh_error=float(np.hypot(moves, floor)),
+                                 sampling_error=sampling * f.sampling_error))
+        return found
+
+    def growth(self, patches: float) -> float:
+        """What a meter costs on a mesh of so many patches, over what it costs here."""
+        return (ELEMENTS + patches / 4) / (ELEMENTS + self.size.patches / 4)
+
+
+class Watch:
+    """Keeps nothing, as a cache: tells how long making each thing took [s]."""
+
+    def __init__(self):
+        self.seconds: dict[str, float] = {}
+
+    def arrays(self, name: str, make: Callable[[], Arrays]) -> Arrays:
+        """What `make` returns."""
+        started = time.perf_counter()
+        made = make()
+        self.seconds[name] = time.perf_counter() - started
+        return made
+
+
+def fly(scene: Scene, plan: Plan, patches: int) -> Pilot:
+    """Solve a scene coarsely in RGB and read some of its meters. Raises InputError or SolveError.
+
+    plan, patches : of the solve that is to be told of
+    """
+    coarse = plan.times(max(2.0, float(np.sqrt(patches / PATCHES))))
+    coarse = replace(coarse, rays=plan.rays and RAYS)
+    watch = Watch()
+    solution = solve(scene, "rgb", plan=coarse, rooms=Rooms(watch))
+    transport, n = solution.transport, len(solution.transport.mesh.patches)
+    lamp_rays = (transport.rays - n * coarse.rays) / n
+    other = solution.family[2].transport
+    direct = sum(took for name, took in watch.seconds.items() if name.endswith(" direct"))
+    # What all meters share, so that it is not taken for theirs.
+    _ = solution.by_bands, [each.vertex_irradiance for each in (solution, solution.family[2])]
+    cast, started = transport.rays, time.perf_counter()
+    figures, tried, meters = _read(solution)
+    seconds, cast = time.perf_counter() - started, transport.rays - cast
+    return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, solution.quadrature, figures, meters,
+                 seconds / max(1, tried), cast / max(1, tried), direct / (n + len(other.mesh.patches)),
+                 max(0.0, lamp_rays))
+
+
+def _read(solution: Solution) -> tuple[list[Figure], int, int]:
+    """Figures of some photometers and of each grid, how many meters were read for them, and how many there
+    are to read."""
+    scene = solution.scene
+    spots = [scene.photometers[k] for k in _spread(len(scene.photometers), OF_METERS)]
+    figures = [solution.photometer(p.position, p.normal, p.name).figure for p in spots]
+    tried, meters = len(spots), len(scene.photometers)
+    for grid in scene.grids:
+        read = readable(solution.transport, grid, f"{scene.path}: photometer_grids {grid.name!r}")
+        points = np.flatnonzero(read)
+        some = np.zeros(len(read), dtype=bool)
+        some[points[_spread(len(points), OF_GRID)]] = True
+        figures += read_points(solution, grid, some).figures
+        tried, meters = tried + int(some.sum()), meters + len(points)
+    return figures, tried, meters
+
+
+def _spread(n: int, most: int) -> np.ndarray:
+    """Which of n to take, evenly spread, at the most so many."""
+    return np.arange(n) if n <= most else ((np.arange(most) + 0.5) * n / most).astype(int)
