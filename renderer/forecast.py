@@ -15,6 +15,7 @@ from renderer.scene.reading import Scene
 from renderer.solution import distinct_bands
 from renderer.transport.contour import point_factors
 from renderer.transport.exchange import better_dense
+from renderer.transport.form_factors import between, rays_in_half
 from renderer.transport.hemisphere import independent_parts
 from renderer.transport.mesh import build_mesh
 from renderer.transport.mounting import seated, stand_off
@@ -26,6 +27,8 @@ TRIED_RAYS, TRIED_POINTS = 1 << 15, 32
 """Rays cast and points seen from, in the scene itself, to learn what one costs here and now."""
 OF_A_RAY, OF_A_PAIR = 3.5, 0.9
 """What a ray and a pair of patches cost with all that is done with them, over the cast or factor alone."""
+OF_A_DOUBT = 60.0
+"""Bytes of a doubtful pair while it is looked at."""
 PARALLEL = 0.7
 """How much of the work runs on every core."""
 START, PROGRAM = 1.3, 300e6
@@ -87,7 +90,7 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     band_set = scene.band_set(bands)
     first, *_ = distinct_bands(scene.reflectance(band_set), scene.flux(band_set))
     size, pilot = size_of(*meshes), fly(scene, plan, len(meshes[0].patches))
-    one = _seconds_of_a_ray(meshes[1]) if plan.rays else _seconds_of_a_pair(meshes[1])
+    one = _seconds_of_a_pair(meshes[1]), _seconds_of_a_ray(meshes[1]) if plan.rays else 0.0
     stages, each = [], plan
     while each is not None:
         figures = pilot.expected(size, each.rays)
@@ -104,31 +107,40 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
                     stages[1:], modelled, left_out)
 
 
-def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: float) -> Stage:
+def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: tuple[float, float]) -> Stage:
     """What a solve on a mesh of that size takes.
 
-    rays : a patch; figures : as they are expected; one : seconds of a ray, or of a pair where none is cast
+    rays : a patch; figures : as they are expected; one : seconds of a pair of patches, and of a ray
     """
-    both = ((size.patches, size.vertices), (size.other_patches, size.other_vertices))
-    cast, work = [], 0.0
+    both = [(round(n), round(v)) for n, v in ((size.patches, size.vertices),
+                                              (size.other_patches, size.other_vertices))]
+    work = 0.0
     for n, v in both:
-        if rays:
-            several = independent_parts(int(n), rays) > 1
-            cast.append((n + v * several) * rays)
-            work += OF_A_RAY * cast[-1] * one
-        else:
-            work += OF_A_PAIR * n * (n + v) * one
+        pairs, cast = _operators(n, v, rays, pilot.doubtful)
+        work += OF_A_PAIR * pairs * one[0] + OF_A_RAY * cast * one[1]
     seconds = work * (PARALLEL / (cpu_count() or 1) + 1 - PARALLEL)
     seconds += pilot.lamp_seconds * (size.patches + size.other_patches)
     seconds += pilot.meters * pilot.meter_seconds * np.mean([pilot.growth(n) for n, _ in both])
     total = 0.0
     if rays:
-        parts = independent_parts(int(size.patches), rays) / REPLICAS
-        total = cast[0] + parts * (pilot.lamp_rays * size.patches
-                                   + pilot.meters * pilot.meter_rays * pilot.growth(size.patches))
+        parts = independent_parts(both[0][0], rays) / REPLICAS
+        total = _operators(*both[0], rays, pilot.doubtful)[1] + parts * (
+            pilot.lamp_rays * size.patches + pilot.meters * pilot.meter_rays * pilot.growth(size.patches))
     widest = max((f.uncertainty / f.value for f in figures if f.value > 0), default=None)
-    return Stage(round(size.patches), round(size.other_patches), round(total), float(seconds),
-                 sum(_bytes(round(n), round(v), rays) for n, v in both), widest)
+    return Stage(*(n for n, _ in both), round(total), float(seconds),
+                 sum(_bytes(n, v, rays, pilot.doubtful) for n, v in both), widest)
+
+
+def _operators(n: int, v: int, rays: int, doubtful: float) -> tuple[float, float]:
+    """Pairs of places whose factor is computed, and rays cast, for n patches and v vertices.
+
+    rays : a patch; doubtful : pairs of patches that need rays, over n²
+    """
+    if not rays:
+        return n * (n + v), 0.0
+    pairs = round(doubtful * n**2)
+    of_vertices = v * rays if independent_parts(n, rays) > 1 else 0
+    return n**2 if rays_in_half(n, pairs, rays) else 0, between(n, pairs, rays) + of_vertices
 
 
 def _seconds_of_a_ray(mesh: Mesh) -> float:
@@ -151,11 +163,14 @@ def _seconds_of_a_pair(mesh: Mesh) -> float:
     return (time.perf_counter() - started) / (len(mesh.centroid[points]) * len(mesh.patches))
 
 
-def _bytes(n: int, v: int, rays: int) -> float:
-    """Memory of one mesh's operators while they are made: of n patches and v vertices, with rays a patch."""
+def _bytes(n: int, v: int, rays: int, doubtful: float) -> float:
+    """Memory of one mesh's operators while they are made; as for `_operators`."""
     if not rays:
         return 8.0 * 1.2 * n * (n + v)
     parts = independent_parts(n, rays)
+    pairs = round(doubtful * n**2)
+    if rays_in_half(n, pairs, rays):
+        return 8.0 * n * n * (3 + parts) + OF_A_DOUBT * pairs + 32.0 * v * rays * (parts > 1)
     hits = 4.0 * rays * (n + (v if parts > 1 else 0))
     whole, part = (8.0 * n * n if better_dense(n, 2 * n * r) else 24.0 * n * r for r in (rays, rays // parts))
     vertices = 24.0 * v * rays if parts > 1 else 0.0

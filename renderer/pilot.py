@@ -13,6 +13,7 @@ from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import Scene
 from renderer.solution import Rooms, Solution, solve
 from renderer.survey import read_points
+from renderer.transport.form_factors import between
 from renderer.transport.patches import Mesh
 
 PATCHES, RAYS = 700, 256
@@ -63,7 +64,8 @@ def size_of(mesh: Mesh, other: Mesh) -> Size:
 class Pilot:
     """What a coarse solve told.
 
-    rays : a patch; floor : share of a reading that its bar has on any mesh
+    rays : a patch; doubtful : pairs of patches between which something may stand, over patches squared
+    floor : share of a reading that its bar has on any mesh
     figures : photometers, and mean and least of grids, as read on it
     meters : of the scene, points of grids at which none can stand left out
     meter_seconds : of one meter on both meshes; meter_rays : on the first
@@ -72,6 +74,7 @@ class Pilot:
 
     size: Size
     rays: int
+    doubtful: float
     floor: float
     figures: list[Figure]
     meters: int
@@ -122,7 +125,9 @@ def fly(scene: Scene, plan: Plan, patches: int) -> Pilot:
     watch = Watch()
     solution = solve(scene, "rgb", plan=coarse, rooms=Rooms(watch))
     transport, n = solution.transport, len(solution.transport.mesh.patches)
-    lamp_rays = (transport.rays - n * coarse.rays) / n
+    sight = transport.sight
+    pairs = sight.pairs.shape[1] if sight is not None else 0
+    lamp_rays = (transport.rays - between(n, pairs, coarse.rays)) / n
     other = solution.family[2].transport
     direct = sum(took for name, took in watch.seconds.items() if name.endswith(" direct"))
     # What all meters share, so that it is not taken for theirs.
@@ -130,9 +135,9 @@ def fly(scene: Scene, plan: Plan, patches: int) -> Pilot:
     cast, started = transport.rays, time.perf_counter()
     figures, tried, meters = _read(solution)
     seconds, cast = time.perf_counter() - started, transport.rays - cast
-    return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, solution.quadrature, figures, meters,
-                 seconds / max(1, tried), cast / max(1, tried), direct / (n + len(other.mesh.patches)),
-                 max(0.0, lamp_rays))
+    return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, pairs / n**2, solution.quadrature, figures,
+                 meters, seconds / max(1, tried), cast / max(1, tried),
+                 direct / (n + len(other.mesh.patches)), max(0.0, lamp_rays))
 
 
 def _read(solution: Solution) -> tuple[list[Figure], int, int]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from renderer.transport.contour import HORIZON, exchange_areas, point_factors
 from renderer.transport.exchange import Exchange, balance, reciprocity
-from renderer.transport.hemisphere import Openness, probed
+from renderer.transport.hemisphere import PROBE_RAYS, Openness, probed
 from renderer.transport.patches import Mesh
 from renderer.transport.sampling import Nets
 from renderer.transport.shafts import doubtful_pairs
@@ -52,21 +52,35 @@ def sight_from(arrays: dict[str, np.ndarray]) -> Sight:
     return Sight(openness, arrays["pairs"], arrays["seen"], arrays["apart"])
 
 
+def rays_in_half(patches: int, pairs: int, rays: int) -> int:
+    """In each half of the rays of a doubtful pair, a power of 2, when `rays` a patch are asked for; 0 where
+    rays all over the hemispheres are the better way."""
+    share = rays * patches / max(1, 2 * pairs)
+    if patches > MOST_PATCHES or share * MOST_RAYS < 1:
+        return 0
+    return 2 ** int(np.log2(max(1.0, share)))
+
+
+def between(patches: int, pairs: int, rays: int) -> int:
+    """How many rays are cast between so many patches, when `rays` of each are asked for."""
+    half = rays_in_half(patches, pairs, rays)
+    return PROBE_RAYS * patches + 2 * half * pairs if half else rays * patches
+
+
 def look_across(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...]) -> Sight | None:
     """Cast rays between the patches where something may stand; None where rays all over the hemispheres,
     so many a patch, are the better way.
 
     All pairs have as many rays, together no more than the hemispheres would, but two at the least.
     """
-    asked = rays * len(mesh.patches)
     if len(mesh.patches) > MOST_PATCHES:
         return None
     open_ = probed(mesh, visibility, (*seed, 0))
     pairs = doubtful_pairs(mesh, np.flatnonzero(open_.exposed), open_.exposed < 1)
     count = pairs.shape[1]
-    if 2 * count > MOST_RAYS * asked:
+    half = rays_in_half(len(mesh.patches), count, rays)
+    if not half:
         return None
-    half = 2 ** int(np.log2(max(1.0, asked / max(1, 2 * count))))
     nets = Nets(half, 4, (*seed, 2), 2)
     seen, apart = np.empty(count), np.empty(count)
 
