@@ -1,0 +1,170 @@
+"""Culling before casting: what is in plain sight is, and the rest is told by rays."""
+
+import numpy as np
+import pytest
+from random_rooms import random_scene
+from scipy.stats import chi2
+
+import renderer
+from renderer.scene.reading import load
+from renderer.transport import form_factors
+from renderer.transport.form_factors import contour_exchange, half_sample, look_across
+from renderer.transport.hemisphere import cast, count, probed
+from renderer.transport.mesh import build_mesh
+from renderer.transport.mounting import seated, stand_off
+from renderer.transport.sampling import REPLICAS
+from renderer.transport.shafts import clusters, doubtful_pairs
+from renderer.transport.transport import compute_transport
+from renderer.transport.visibility import Visibility
+
+CRATE = {"shape": "box", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
+TURNED = {"shape": "box", "position": [2.4, 0.4, 0.5], "size": [0.9, 0.5, 0.6], "rotation": 30.0}
+
+
+def mesh_of(scene, patch_size):
+    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
+    return build_mesh(scene, luminaires, patch_size)
+
+
+def dense(exchange):
+    return exchange.matrix if isinstance(exchange.matrix, np.ndarray) else exchange.matrix @ np.eye(
+        len(exchange.areas))
+
+
+def doubtful(mesh, visibility):
+    found = np.zeros((len(mesh.patches),) * 2, dtype=bool)
+    exposed = probed(mesh, visibility, (0,)).exposed
+    first, second = doubtful_pairs(mesh, np.flatnonzero(exposed), exposed < 1)
+    found[first, second] = True
+    assert not (found & found.T).any()  # each once
+    return found | found.T
+
+
+def facing(mesh, visibility):
+    """Pairs of exposed patches of which some of each is before the other."""
+    reach = np.stack([((mesh.corners - place) @ normal).max(axis=1)
+                      for place, normal in zip(mesh.centroid, mesh.normal, strict=True)])
+    before = reach > 1e-6 * mesh.scale
+    live = probed(mesh, visibility, (0,)).exposed > 0
+    return before & before.T & live & live[:, None]
+
+
+@pytest.mark.parametrize("seed", range(1, 13, 2))
+def test_nothing_stands_between_patches_in_plain_sight(tmp_path, seed):
+    # Rooms with boxes, cylinders, tables and pendants at random places and angles.
+    scene = random_scene(seed, tmp_path, crowded=True)
+    mesh = mesh_of(scene, 0.12 * scene.room.scale)
+    visibility = Visibility(mesh)
+    plain = np.triu(facing(mesh, visibility) & ~doubtful(mesh, visibility), 1)
+    i, j = np.nonzero(plain)
+    assert len(i) > 100
+    square = np.random.default_rng(seed).random((8, len(i), 2, 2))
+    for here, there in square.transpose(0, 2, 1, 3):
+        a = mesh.spread(i, here[:, None])[:, 0]
+        b = mesh.spread(j, there[:, None])[:, 0]
+        # Past each other's horizon no light goes; rays along a surface are not told apart from it.
+        ahead = np.minimum(((b - a) * mesh.normal[i]).sum(axis=1), ((a - b) * mesh.normal[j]).sum(axis=1))
+        seen = ahead > 1e-4 * mesh.scale
+        free = visibility.clear(visibility.off(a[seen], mesh.normal[i[seen]]), b[seen])
+        assert free.all()
+
+
+def test_only_pairs_across_the_crate_are_doubtful(room):
+    mesh = mesh_of(room(objects=[CRATE], luminaires=()), 0.25)
+    visibility = Visibility(mesh)
+    found = doubtful(mesh, visibility)
+    assert 0.05 < found.sum() / facing(mesh, visibility).sum() < 0.35
+    low = mesh.centroid[:, 2] < 1
+    left, right = (low & (mesh.surface < 6) & (np.abs(mesh.centroid[:, 0] - x) < 1e-9) for x in (0, 4))
+    middle = np.abs(mesh.centroid[:, 1] - 2) < 0.4
+    # Straight through it, wall to wall; over it, ceiling to walls, nothing stands.
+    assert found[np.ix_(left & middle, right & middle)].all()
+    assert not found[np.ix_(mesh.surface == 1, (mesh.surface < 6) & (mesh.centroid[:, 2] > 1.3))].any()
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
+def test_pairs_are_alike_in_a_room_of_any_size_anywhere(room, scale):
+    def pairs(k):
+        crate = {"shape": "box", "position": [1.5 * k, 1.5 * k, 0.0], "size": [k, k, k]}
+        mesh = mesh_of(room(size=(4 * k, 4 * k, 3 * k), objects=[crate], luminaires=()), 0.5 * k)
+        return doubtful(mesh, Visibility(mesh))
+
+    np.testing.assert_array_equal(pairs(scale), pairs(2.0))
+
+
+def test_clusters_are_whole_and_small(room):
+    mesh = mesh_of(room(objects=[TURNED]), 0.3)
+    groups = clusters(mesh, np.arange(len(mesh.patches)))
+    assert sorted(groups.patches) == list(range(len(mesh.patches)))
+    assert np.diff(groups.starts).max() <= 8
+    # Each patch is in its cluster's box: extents along any direction hold all its corners.
+    axis = np.random.default_rng(0).normal(size=3)
+    low, high = groups.extent(np.arange(len(groups.flat)), np.tile(axis, (len(groups.flat), 1)))
+    own = np.repeat(np.arange(len(groups.flat)), np.diff(groups.starts))
+    reach = mesh.corners[groups.patches] @ axis
+    assert (reach.min(axis=1) >= low[own] - 1e-12).all()
+    assert (reach.max(axis=1) <= high[own] + 1e-12).all()
+
+
+@pytest.mark.parametrize("objects", [[CRATE], [CRATE, TURNED]])
+def test_the_operator_is_closed_reciprocal_positive_and_what_rays_say(room, objects):
+    mesh = mesh_of(room(objects=objects, luminaires=()), 0.4)
+    visibility = Visibility(mesh)
+    exchange, whole = contour_exchange(mesh, look_across(mesh, visibility, 1024, (0,)))
+    counted = count(mesh, cast(mesh, visibility, 8192, (1,)))
+    matrix = exchange.matrix
+    assert (matrix >= 0).all()
+    np.testing.assert_allclose(matrix, matrix.T, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(matrix.sum(axis=1), exchange.areas, rtol=1e-11, atol=1e-15)
+    np.testing.assert_allclose(exchange.areas, counted.areas, rtol=1e-12)
+    assert len(whole) > 1000
+    member = np.eye(mesh.surface.max() + 1)[mesh.surface]
+    ours, theirs = (member.T @ dense(e) @ member for e in (exchange, counted))
+    # Between surfaces: 8192 rays from each of some 100 patches and more leave 1e-3 of it, middles of patches
+    # of 0.4 m at 1 to 4 m some (0.4/2)²/12 = 3e-3.
+    areas = np.bincount(mesh.surface, exchange.areas)
+    np.testing.assert_allclose(ours / areas[:, None], theirs / areas[:, None], atol=5e-3)
+
+
+def test_half_samples_depart_by_what_the_whole_errs_by(room):
+    mesh = mesh_of(room(objects=[CRATE, TURNED], luminaires=()), 0.5)
+    visibility = Visibility(mesh)
+    member = np.eye(mesh.surface.max() + 1)[mesh.surface]
+
+    def between(exchange):
+        return (member.T @ exchange.matrix @ member)[np.triu_indices(member.shape[1], 1)]
+
+    draws = 24
+    sights = [look_across(mesh, visibility, 128, (k,)) for k in range(draws)]
+    exchanges, whole = zip(*(contour_exchange(mesh, sight) for sight in sights), strict=True)
+    truth = np.var([between(exchange) for exchange in exchanges], axis=0, ddof=1)
+    halves = [[between(half_sample(exchanges[k], sights[k], whole[k], part)) for part in range(REPLICAS)]
+              for k in range(0, draws, 4)]
+    said = np.var(halves, axis=1, ddof=1).mean(axis=0)
+    kept = truth > 1e-3 * truth.max()
+    # Both are variances of normal numbers: their ratio, in the mean over some 30 pairs of surfaces that
+    # depend on each other, as of 5 alone.
+    low, high = (chi2.ppf(p, 5 * (draws - 1)) / (5 * (draws - 1)) for p in (1e-4, 1 - 1e-4))
+    assert low < np.exp(np.log(said[kept] / truth[kept]).mean()) < high
+
+
+def test_a_room_too_full_or_too_fine_is_left_to_hemispheres(room, monkeypatch):
+    scene = room(objects=[CRATE])
+    mesh = mesh_of(scene, 0.5)
+    assert look_across(mesh, Visibility(mesh), 4, (0,)) is None  # fewer rays than pairs in doubt
+    assert look_across(mesh, Visibility(mesh), 1024, (0,)) is not None
+    monkeypatch.setattr(form_factors, "MOST_PATCHES", len(mesh.patches) - 1)
+    assert look_across(mesh, Visibility(mesh), 1024, (0,)) is None
+    assert compute_transport(scene, 0.5, 1024, 0).sight is None
+
+
+def test_both_ways_read_alike(monkeypatch):
+    scene = load("furnished_room")
+    pairs = renderer.solve(scene, bands="rgb", accuracy=0.02)
+    read = pairs.photometers()
+    monkeypatch.setattr(form_factors, "MOST_PATCHES", 0)
+    hemispheres = renderer.solve(scene, bands="rgb", accuracy=0.02)
+    assert pairs.transport.sight is not None
+    assert hemispheres.transport.sight is None
+    for ours, theirs in zip(read, hemispheres.photometers(), strict=True):
+        assert abs(ours.total_lx - theirs.total_lx) <= ours.uncertainty + theirs.uncertainty
