@@ -294,13 +294,13 @@ class Solution:
         fine, coarse = (solve_on(self.scene, band_set("rgb"), each, self.rooms, transport)
                         for each, transport in ((self.plan, self.transport), (plan, other)))
         sampled = fine if self.transport.parts > 1 else coarse
-        return fine, [sampled.part(k) for k in range(len(sampled.transport.replicas))], coarse
+        return fine, [sampled.part(k) for k in range(sampled.transport.samples)], coarse
 
     def part(self, part: int) -> "Solution":
         """The same by one independent part of the rays."""
         transport, stretch = self.transport, self.transport.stretch
         direct = transport.direct + (transport.direct_parts[part] - transport.direct) / stretch
-        light, _ = _light(self.scene, self.bands, transport.mesh, transport.replicas[part], direct)
+        light, _ = _light(self.scene, self.bands, transport.mesh, transport.replica(part), direct)
         sent, received = (whole + stretch * (one - whole)
                           for whole, one in zip((self.radiosity, self.received), light, strict=True))
         return replace(self, radiosity=sent, received=received, sample=part)

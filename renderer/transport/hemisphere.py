@@ -195,6 +195,16 @@ def look_round(points: np.ndarray, normals: np.ndarray, visibility: Visibility, 
 def shares(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
     """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), from
     what rays meet (k, rays)."""
-    row, ray = np.nonzero(hits >= 0)
-    weights = np.full(len(row), 1 / hits.shape[1])
-    return sparse.coo_array((weights, (row, hits[row, ray])), shape=(len(hits), n_patches)).tocsr()
+    step = max(1, CHUNK // hits.shape[1])
+    found: list = [None] * -(-len(hits) // step)
+
+    def tally(start: int, stop: int) -> None:
+        row, ray = np.nonzero(hits[start:stop] >= 0)
+        place = (start + row) * n_patches + hits[start + row, ray]
+        found[start // step] = np.unique(place, return_counts=True)
+
+    in_threads(tally, len(hits), step)
+    places, counts = (np.concatenate(each) for each in zip(*found, strict=True))
+    row, column = np.divmod(places, n_patches)
+    ends = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=len(hits)))])
+    return sparse.csr_array((counts / hits.shape[1], column, ends), shape=(len(hits), n_patches))

@@ -95,20 +95,25 @@ class Transport:
         """Who exchanges light with whom."""
         return from_arrays(self._operator)
 
-    @cached_property
-    def replicas(self) -> tuple[Exchange, ...]:
-        """The same from parts of the rays; none where no ray is cast, or too few are. They depart from it as
-        independent parts would, or `stretch` times less."""
-        if self.visibility is None or self.parts == 1:
-            return ()
+    @property
+    def samples(self) -> int:
+        """In how many parts of the rays the operator is known; 0 where no ray is cast, or too few are."""
+        return self.parts if self.visibility is not None and self.parts > 1 else 0
+
+    def replica(self, part: int) -> Exchange:
+        """The operator from one part of the rays. It departs from the whole as an independent part would, or
+        `stretch` times less."""
         if self.sight is not None:
-            return tuple(half_sample(self.exchange, self.sight, self._operator["whole"], part)
-                         for part in range(self.parts))
+            return half_sample(self.exchange, self.sight, self._operator["whole"], part)
+        return self._counted[part]
+
+    @cached_property
+    def _counted(self) -> tuple[Exchange, ...]:
         return tuple(count(self.mesh, hits) for hits in np.split(self.hits, self.parts, axis=1))
 
     @property
     def stretch(self) -> float:
-        """How many times farther than `replicas` independent parts would be from the whole."""
+        """How many times farther than a `replica` independent parts would be from the whole."""
         return 1.0 if self.sight is None else float(np.sqrt(self.parts))
 
     @cached_property
