@@ -19,7 +19,7 @@ from renderer.colour.lamps import band_flux, correlated, illuminant
 from renderer.colour.materials import Material, srgb_to_linear
 from renderer.colour.munsell import munsell_chip
 from renderer.colour.spectrum import Spectrum
-from renderer.colour.tables import d65, munsell_chips, munsell_eigenvectors
+from renderer.colour.tables import cie_illuminants, d65, munsell_chips, munsell_eigenvectors
 from renderer.colour.upsampling import munsell_eigen
 from renderer.readings.colorimetry import chromaticity, colour_temperature
 
@@ -42,6 +42,14 @@ def test_the_shipped_tables_are_colour_sciences():
     inside = (nm >= 380) & (nm <= 780)
     np.testing.assert_allclose(power[inside], np.interp(nm[inside], original.wavelengths,
                                                         original.values), rtol=1e-9)
+
+
+def test_every_shipped_illuminant_is_colour_sciences():
+    assert set(cie_illuminants()) == {name for name in colour.SDS_ILLUMINANTS if not name.startswith("ISO")}
+    for name, (nm, power) in cie_illuminants().items():
+        original = colour.SDS_ILLUMINANTS[name]
+        np.testing.assert_array_equal(nm, original.wavelengths)
+        np.testing.assert_allclose(power, original.values, rtol=1e-9)
 
 
 def test_an_average_over_a_band_keeps_the_flux_of_a_narrow_line():

@@ -7,29 +7,24 @@ import numpy as np
 from renderer.colour.bands import K_M, BandSet, band_average, displayable
 from renderer.colour.nodes import GRID, luminous_at_1_nm, node_weights
 from renderer.colour.spectrum import Spectrum
-from renderer.colour.tables import cie_1931, d65
+from renderer.colour.tables import cie_1931, cie_illuminants, d65
 from renderer.errors import InputError
 
 
 def illuminants(near: str | None = None) -> list[str]:
-    """Names of the CIE illuminants that colour-science carries, or the three nearest to a name."""
-    import colour
-
-    names = [name for name in colour.SDS_ILLUMINANTS if not name.startswith("ISO")]
+    """Names of the CIE illuminants, or the three nearest to a name."""
+    names = list(cie_illuminants())
     return names if near is None else difflib.get_close_matches(near, names, n=3, cutoff=0.0)
 
 
 def illuminant(name: str, where: str) -> Spectrum:
     """The CIE illuminant of that name, relative power. An unknown one is refused."""
-    if name == "D65":  # shipped: the main job needs no more, and colour-science imports slowly
+    if name == "D65":  # at 1 nm
         return Spectrum(*d65())
-    if name not in illuminants():
+    if name not in cie_illuminants():
         raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a .csv or .spdx file. "
                          f"Nearest: {', '.join(illuminants(near=name))}.")
-    import colour
-
-    found = colour.SDS_ILLUMINANTS[name]
-    return Spectrum(found.wavelengths, found.values)
+    return Spectrum(*cie_illuminants()[name])
 
 
 def correlated(cct: float) -> Spectrum:

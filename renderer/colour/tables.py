@@ -1,7 +1,7 @@
 """Tables the package ships (see data/README.md), and the command that makes the computed ones.
 
-`python -m renderer.colour.tables` rewrites data/cie_1nm.csv from colour-science and
-data/munsell_eigenvectors.csv from the measured chips.
+`python -m renderer.colour.tables` rewrites data/cie_1nm.csv and data/cie_illuminants.csv from colour-science
+and data/munsell_eigenvectors.csv from the measured chips.
 """
 
 from functools import cache
@@ -29,6 +29,16 @@ def d65() -> tuple[np.ndarray, np.ndarray]:
     """Wavelengths (471,) [nm] and CIE illuminant D65 (471,), relative; 0 where not tabulated."""
     table = _table("cie_1nm.csv")
     return table[:, 0], table[:, 4]
+
+
+@cache
+def cie_illuminants() -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """The CIE illuminants by name: wavelengths (k,) [nm] where each is tabulated, and relative power (k,)."""
+    with (DATA / "cie_illuminants.csv").open(encoding="utf-8") as file:
+        _, *names = file.readline().strip().split(",")
+    table = _table("cie_illuminants.csv")
+    return {name: (table[known, 0], table[known, column]) for column, name in enumerate(names, 1)
+            for known in [~np.isnan(table[:, column])]}
 
 
 @cache
@@ -66,6 +76,20 @@ def _write_cie() -> None:
                delimiter=",", header="wavelength_nm,x_bar,y_bar,z_bar,D65", comments="")
 
 
+def _write_illuminants() -> None:
+    import colour
+
+    nm = np.arange(300, 831, 5)
+    names = [name for name in colour.SDS_ILLUMINANTS if not name.startswith("ISO")]
+    columns = []
+    for name in names:
+        source = dict(zip(colour.SDS_ILLUMINANTS[name].wavelengths, colour.SDS_ILLUMINANTS[name].values,
+                          strict=True))
+        columns.append([source.get(float(at), np.nan) for at in nm])
+    np.savetxt(DATA / "cie_illuminants.csv", np.column_stack([nm, *columns]), fmt="%.10g", delimiter=",",
+               header=",".join(["wavelength_nm", *names]), comments="")
+
+
 def _write_eigenvectors() -> None:
     _, nm, reflectance = munsell_chips()
     # Uncentred, as in the deck: black must be reachable with all coefficients zero.
@@ -77,5 +101,6 @@ def _write_eigenvectors() -> None:
 
 if __name__ == "__main__":
     _write_cie()
+    _write_illuminants()
     _write_eigenvectors()
-    print(f"wrote {DATA / 'cie_1nm.csv'} and {DATA / 'munsell_eigenvectors.csv'}")
+    print(f"wrote cie_1nm.csv, cie_illuminants.csv and munsell_eigenvectors.csv in {DATA}")
