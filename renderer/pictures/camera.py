@@ -1,10 +1,12 @@
 """A camera in a room: which places on the surfaces each pixel adds up."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 
+from renderer.pictures.lamp_edges import lamp_shares
+from renderer.pictures.pinhole import Pinhole, pinhole
 from renderer.readings.photometer import off_surfaces, refuse_inside, refuse_outside
 from renderer.scene.model import CameraTable
 from renderer.scene.reading import Scene
@@ -40,7 +42,7 @@ class View:
     patch: np.ndarray
     light: np.ndarray
     edge: np.ndarray
-    camera: "Pinhole"
+    camera: Pinhole
     eye: np.ndarray
     transport: Transport
 
@@ -94,46 +96,6 @@ class View:
         return self.image(self.share @ luminous)
 
 
-@dataclass(frozen=True)
-class Pinhole:
-    """Position (3,) [m], the axes right, up and forward (3, 3), and the picture's proportions."""
-
-    position: np.ndarray
-    axes: np.ndarray
-    width: int
-    height: int
-    spread: float
-
-    def directions(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Directions (k, 3) through points of the picture [pixels, from its upper left corner]."""
-        right = (2 * x / self.width - 1) * self.spread
-        up = (1 - 2 * y / self.height) * self.spread * self.height / self.width
-        d = np.stack([right, up, np.ones_like(right)], axis=-1) @ self.axes
-        return d / np.linalg.norm(d, axis=-1, keepdims=True)
-
-    def project(self, point: np.ndarray) -> tuple[float, float] | None:
-        """Where a point (3,) appears [pixels], or None where it is not in the picture."""
-        right, up, forward = self.axes @ (point - self.position)
-        if forward <= 0:
-            return None
-        x = (right / forward / self.spread + 1) * self.width / 2
-        y = (1 - up / forward / self.spread * self.width / self.height) * self.height / 2
-        return (x, y) if 0 <= x <= self.width and 0 <= y <= self.height else None
-
-
-def pinhole(table: CameraTable) -> Pinhole:
-    """The camera that a scene file describes."""
-    position = np.array(table.position)
-    forward = np.array(table.look_at) - position
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    if np.linalg.norm(right) < 1e-9:  # straight up or down: north is up in the picture
-        right = np.array([1.0, 0.0, 0.0])
-    right /= np.linalg.norm(right)
-    axes = np.stack([right, np.cross(right, forward), forward])
-    return Pinhole(position, axes, *table.resolution, float(np.tan(np.radians(table.fov / 2))))
-
-
 def look(transport: Transport, table: CameraTable, where: str) -> View:
     """Find what every pixel of a camera sees. Raises InputError where it stands inside a solid."""
     camera = pinhole(table)
@@ -145,12 +107,17 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     middles = _hits(transport, camera, eye, x.ravel(), y.ravel())
     x_corner, y_corner = np.meshgrid(np.arange(width + 1.0), np.arange(height + 1.0))
-    corners = _plane(transport, _hits(transport, camera, eye, x_corner.ravel(), y_corner.ravel())[0])
+    corners = _hits(transport, camera, eye, x_corner.ravel(), y_corner.ravel())[0]
     corners = corners.reshape(height + 1, width + 1)
+    shown = _surface(transport, middles[0]).reshape(height, width)
+    lamp, face, cover, away = lamp_shares(transport, replace(camera, position=eye), shown,
+                                          _surface(transport, corners))
+    corners = _plane(transport, corners)
     plane = _plane(transport, middles[0]).reshape(height, width)
     edge = np.zeros((height, width), dtype=bool)
     for corner in (corners[:-1, :-1], corners[:-1, 1:], corners[1:, :-1], corners[1:, 1:]):
         edge |= corner != plane
+    edge.flat[lamp] = True
     found = middles[0] >= 0
     patch, s, t = (m[found] for m in middles)
     light = direct_on(transport, patch, s, t, 0)[0]
@@ -163,21 +130,36 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     fine = np.flatnonzero(edge.ravel())
     sub = (np.arange(SUBPIXELS) + 0.5) / SUBPIXELS - 0.5
     dx, dy = (d.ravel() for d in np.meshgrid(sub, sub))
-    extra = _hits(transport, camera, eye, (x.ravel()[fine, None] + dx).ravel(),
-                  (y.ravel()[fine, None] + dy).ravel())
-    hit = extra[0] >= 0
+    x_fine, y_fine = (x.ravel()[fine, None] + dx).ravel(), (y.ravel()[fine, None] + dy).ravel()
+    extra = _hits(transport, camera, eye, x_fine, y_fine)
+    weight = _rest(n, fine, _surface(transport, extra[0]).reshape(-1, dx.size), lamp, face, cover).ravel()
+    hit = (extra[0] >= 0) & (weight > 0)
     extra = [e[hit] for e in extra]
     row = np.concatenate([np.flatnonzero(found)[plain], np.repeat(fine, dx.size)[hit]])
     light = np.concatenate([light[plain], direct_on(transport, *extra, 1, SUBPIXEL_RAYS)[0]])
     patch, s, t = (np.concatenate([m[plain], e])
                    for m, e in zip((patch, s, t), extra, strict=True))
-    weight = np.concatenate([np.ones(plain.sum()), np.full(int(hit.sum()), 1 / dx.size)])
+    weight = np.concatenate([np.ones(plain.sum()), weight[hit]])
     sensor = sense(transport, n, row, patch, s, t, weight, light)
-    surface = transport.mesh.surface[patch]
+    away = np.concatenate([-camera.directions(x.ravel()[row[:plain.sum()]], y.ravel()[row[:plain.sum()]]),
+                           -camera.directions(x_fine[hit], y_fine[hit]), away])
+    row, weight = np.concatenate([row, lamp]), np.concatenate([weight, cover])
+    surface = np.concatenate([transport.mesh.surface[patch], face])
     share = sparse.coo_array((weight, (row, surface)), shape=(n, transport.n_surfaces)).tocsr()
-    shown = np.where(middles[0] >= 0, transport.mesh.surface[middles[0]], -1)
-    return View(sensor, emitted(transport, n, row, patch, s, t, weight, eye), shown.reshape(height, width),
-                share, middles[0].reshape(height, width), at_middle, edge, camera, eye, transport)
+    return View(sensor, emitted(transport, n, row, surface, weight, away), shown, share,
+                middles[0].reshape(height, width), at_middle, edge, camera, eye, transport)
+
+
+def _rest(n: int, fine: np.ndarray, surface: np.ndarray, lamp: np.ndarray, face: np.ndarray,
+          cover: np.ndarray) -> np.ndarray:
+    """Weights (k, rays) of rays through pixels (k,) that meet surfaces (k, rays): equal parts of what is left
+    by luminaires whose cover (m,) of a pixel (m,) is known, and 0 where they meet such a face (m,).
+
+    Where every ray meets one, up to an eighth of the pixel is left out, of what is dim beside it."""
+    top = surface.max(initial=0) + face.max(initial=0) + 1
+    known = np.isin(fine[:, None] * top + surface, lamp * top + face) & (surface >= 0)
+    left = np.clip(1 - np.bincount(lamp, cover, n)[fine], 0, 1)
+    return np.where(known, 0, (left / np.maximum((~known).sum(axis=1), 1))[:, None])
 
 
 def _hits(transport: Transport, camera: Pinhole, eye: np.ndarray, x: np.ndarray, y: np.ndarray):
@@ -185,8 +167,13 @@ def _hits(transport: Transport, camera: Pinhole, eye: np.ndarray, x: np.ndarray,
     return seen_from(transport, eye, camera.directions(x, y))
 
 
+def _surface(transport: Transport, patch: np.ndarray) -> np.ndarray:
+    """The surface that each patch belongs to, -1 for none; of any shape."""
+    return np.where(patch >= 0, transport.mesh.surface[patch], -1)
+
+
 def _plane(transport: Transport, patch: np.ndarray) -> np.ndarray:
-    """A number for the flat part of a surface that each patch belongs to (k,)."""
+    """A number for the flat part of a surface that each patch belongs to; of any shape."""
     mesh = transport.mesh
     keys = np.column_stack([mesh.surface, np.round(mesh.normal, 4)])
     _, part = np.unique(keys, axis=0, return_inverse=True)

@@ -51,8 +51,8 @@ def luminance_meter(transport: Transport, position: np.ndarray, directions: np.n
     for k in range(parts):
         part = slice(k * n, (k + 1) * n)
         patch, s, t = (x[part] for x in seen)
-        lamps.append(emitted(transport, 1, np.zeros(n, dtype=int), patch, s, t, weight,
-                             eye).toarray()[0])
+        lamps.append(emitted(transport, 1, np.zeros(n, dtype=int), transport.mesh.surface[patch], weight,
+                             -directions[k]).toarray()[0])
         sensors.append(sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, s, t,
                              weight, light[part]))
     return Meter(np.array(lamps), tuple(sensors))

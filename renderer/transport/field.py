@@ -101,20 +101,18 @@ def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
     return patch, np.clip(s, 0, 1), np.clip(t, 0, 1)
 
 
-def emitted(transport: Transport, n: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray, t: np.ndarray,
-            weight: np.ndarray, eye: np.ndarray) -> sparse.csr_array:
-    """Radiosity per lumen that each row sees of luminaires' faces from an eye (3,) (n, n_luminaires) [m⁻²]:
-    π times the luminance toward it."""
-    mesh = transport.mesh
-    with_face = [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
-    first = transport.n_surfaces - len(with_face)
+def emitted(transport: Transport, n: int, row: np.ndarray, surface: np.ndarray, weight: np.ndarray,
+            away: np.ndarray) -> sparse.csr_array:
+    """Radiosity per lumen that each row sees of luminaires' faces (n, n_luminaires) [m⁻²]: π times the
+    luminance toward it.
+
+    row, surface, weight : (k,); away : (k, 3) unit, from each surface to the eye.
+    """
     rows, values, columns = [], [], []
-    for surface, k in enumerate(with_face, first):
-        seen = np.flatnonzero(mesh.surface[patch] == surface)
-        away = eye - mesh.at(patch[seen], s[seen], t[seen])
-        away /= np.linalg.norm(away, axis=1)[:, None]
+    for face, k in transport.faces:
+        seen = np.flatnonzero(surface == face)
         rows.append(row[seen])
-        values.append(np.pi * weight[seen] * transport.luminaires[k].luminance(away))
+        values.append(np.pi * weight[seen] * transport.luminaires[k].luminance(away[seen]))
         columns.append(np.full(len(seen), k))
     if not rows:
         return sparse.csr_array((n, len(transport.luminaires)))

@@ -186,8 +186,13 @@ class Transport:
     @cached_property
     def reflecting(self) -> np.ndarray:
         """Which patches are not a luminaire's face (n_patches,); those are black."""
-        faces = sum(lum.outline is not None for lum in self.luminaires)
-        return self.mesh.surface < self.n_surfaces - faces
+        return self.mesh.surface < self.n_surfaces - len(self.faces)
+
+    @property
+    def faces(self) -> list[tuple[int, int]]:
+        """The surface that is a luminaire's face, and which luminaire's, of all that have one."""
+        shown = [k for k, lum in enumerate(self.luminaires) if lum.outline is not None]
+        return list(enumerate(shown, self.n_surfaces - len(shown)))
 
     def _vertex_points(self) -> tuple[np.ndarray, np.ndarray]:
         mesh = self.mesh

@@ -75,9 +75,9 @@ def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
 
 def _exitance(transport: Transport) -> sparse.csr_array:
     """What the fronts of luminaires' faces send per lumen (n_patches, n_luminaires) [m⁻²]."""
-    mesh, faces = transport.mesh, [k for k, lum in enumerate(transport.luminaires) if lum.outline is not None]
+    mesh = transport.mesh
     found = sparse.lil_array((len(mesh.patches), len(transport.luminaires)))
-    for surface, k in enumerate(faces, transport.n_surfaces - len(faces)):
+    for surface, k in transport.faces:
         front = (mesh.surface == surface) & (mesh.normal @ transport.luminaires[k].normal > 0)
         found[np.flatnonzero(front), k] = 1 / transport.luminaires[k].area
     return found.tocsr()
