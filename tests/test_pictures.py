@@ -1,10 +1,12 @@
 """Pictures: the right light in each pixel, smooth, without leaks, on one scale."""
 
+import colour
 import numpy as np
 import pytest
 from conftest import PANEL
 
 import renderer
+from renderer.colour.bands import XYZ_TO_BT709
 from renderer.pictures.camera import look, pinhole
 from renderer.pictures.image import Exposure, encode, exposure, tone_map, white_balance
 from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
@@ -118,6 +120,9 @@ def test_white_balance_makes_the_lamp_white():
     balanced = white_balance(lamp) @ lamp
     np.testing.assert_allclose(balanced / balanced[1], [0.95046, 1.0, 1.08906], atol=1e-3)
     np.testing.assert_array_equal(white_balance(np.zeros(3)), np.eye(3))
+    theirs = colour.adaptation.matrix_chromatic_adaptation_VonKries(lamp / lamp[1], np.linalg.solve(
+        XYZ_TO_BT709, np.ones(3)), transform="Bradford")
+    np.testing.assert_allclose(white_balance(lamp), theirs, atol=1e-12)
 
 
 def test_the_scale_is_round_and_covers_the_surfaces():

@@ -13,6 +13,8 @@ BRIGHTEST = 99.7
 """Percentile of the surfaces' brightest channel that becomes full white."""
 MIDDLE_GREY = 0.3
 """What the typical surface, over all the pictures compared, becomes before compression (linear)."""
+BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
+"""From X, Y, Z to sharpened cones (K. M. Lam, PhD thesis, University of Bradford, 1985)."""
 
 
 @dataclass(frozen=True)
@@ -41,16 +43,15 @@ def exposure(pictures: list[np.ndarray], on_surface: list[np.ndarray]) -> Exposu
 
 
 def white_balance(lamp_xyz: np.ndarray) -> np.ndarray:
-    """Matrix (3, 3) on XYZ that makes the lamps' common white the screen's (Bradford).
+    """Matrix (3, 3) on XYZ that makes the lamps' common white the screen's (Bradford, von Kries).
 
     An eye in the room adapts to its lamps; a picture that does not would be orange or blue.
     """
     white = np.linalg.solve(XYZ_TO_BT709, np.ones(3))
     if not lamp_xyz[1] > 0 or np.abs(lamp_xyz / lamp_xyz.sum() - white / white.sum()).max() < 2e-4:
         return np.eye(3)
-    from colour.adaptation import matrix_chromatic_adaptation_VonKries
-
-    return matrix_chromatic_adaptation_VonKries(lamp_xyz / lamp_xyz[1], white, transform="Bradford")
+    gains = (BRADFORD @ white) / (BRADFORD @ (lamp_xyz / lamp_xyz[1]))
+    return np.linalg.solve(BRADFORD, gains[:, None] * BRADFORD)
 
 
 def tone_map(xyz: np.ndarray, exposed: Exposure) -> np.ndarray:
