@@ -27,8 +27,9 @@ TRIED_RAYS, TRIED_POINTS = 1 << 15, 32
 """Rays cast and points seen from, in the scene itself, to learn what one costs here and now."""
 OF_A_RAY, OF_A_PAIR = 3.5, 0.9
 """What a ray and a pair of patches cost with all that is done with them, over the cast or factor alone."""
-OF_A_DOUBT = 60.0
-"""Bytes of a doubtful pair while it is looked at."""
+OF_A_DOUBT, MATRICES = 60.0, 5
+"""Bytes of a doubtful pair while it is looked at; operators held at once while one is made of exact factors
+and rays."""
 PARALLEL = 0.7
 """How much of the work runs on every core."""
 START, PROGRAM = 1.3, 300e6
@@ -170,7 +171,7 @@ def _bytes(n: int, v: int, rays: int, doubtful: float) -> float:
     parts = independent_parts(n, rays)
     pairs = round(doubtful * n**2)
     if rays_in_half(n, pairs, rays):
-        return 8.0 * n * n * (3 + parts) + OF_A_DOUBT * pairs + 32.0 * v * rays * (parts > 1)
+        return 8.0 * n * n * MATRICES + OF_A_DOUBT * pairs + 12.0 * v * rays * (parts > 1)
     hits = 4.0 * rays * (n + (v if parts > 1 else 0))
     whole, part = (8.0 * n * n if better_dense(n, 2 * n * r) else 24.0 * n * r for r in (rays, rays // parts))
     vertices = 24.0 * v * rays if parts > 1 else 0.0
