@@ -158,6 +158,13 @@ def test_a_room_too_full_or_too_fine_is_left_to_hemispheres(room, monkeypatch):
     assert compute_transport(scene, 0.5, 1024, 0).sight is None
 
 
+def test_a_room_with_nothing_open_has_no_pairs(room):
+    mesh = mesh_of(room(objects=[CRATE]), 0.5)
+    visibility = Visibility(mesh)
+    visibility.exposed[:] = False
+    assert look_across(mesh, visibility, 1024, (0,)) is None
+
+
 def test_both_ways_read_alike(monkeypatch):
     scene = load("furnished_room")
     pairs = renderer.solve(scene, bands="rgb", accuracy=0.02)

@@ -76,6 +76,8 @@ def look_across(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, 
     if len(mesh.patches) > MOST_PATCHES:
         return None
     open_ = probed(mesh, visibility, (*seed, 0))
+    if not open_.exposed.any():
+        return None
     pairs = doubtful_pairs(mesh, np.flatnonzero(open_.exposed), open_.exposed < 1)
     count = pairs.shape[1]
     half = rays_in_half(len(mesh.patches), count, rays)
