@@ -37,6 +37,25 @@ def test_a_chosen_radiosity_is_found_again(n, seed, largest):
     np.testing.assert_allclose(got, chosen, atol=50 * TOLERANCE * np.sqrt(n) / (1 - largest))
 
 
+@settings(deadline=None, max_examples=40)
+@given(st.integers(2, 40), st.integers(0, 10**6), st.floats(0, 0.999), st.booleans())
+def test_a_room_of_one_paint_is_what_elimination_says(n, seed, largest, almost):
+    # Some patches are black, as lamps are, some bands dark; `almost`: one patch reflects a little less.
+    exchange, random = closed_exchange(n, seed), np.random.default_rng(seed + 1)
+    paint = np.append(random.uniform(0, largest, 5), [0.0, largest])
+    rho = np.where(random.random(n) < 0.2, 0.0, 1.0)[:, None] * paint
+    if almost:
+        rho[0] *= 0.999
+    direct = random.random((n, 1)) * np.append(random.random(6), 0.0)
+    got, received = radiosity(exchange, rho, direct)
+    factors = exchange.matrix / exchange.areas[:, None]
+    wanted = np.stack([np.linalg.solve(np.eye(n) - rho[:, [b]] * factors, (rho * direct)[:, b])
+                       for b in range(7)], axis=1)
+    # As above.
+    np.testing.assert_allclose(got, wanted, atol=50 * TOLERANCE * np.sqrt(n) / (1 - largest))
+    np.testing.assert_allclose(received, factors @ got, atol=1e-12 / (1 - largest))
+
+
 def test_exchanging_bands_exchanges_answers():
     exchange = closed_exchange(12, 3)
     random = np.random.default_rng(0)

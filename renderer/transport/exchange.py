@@ -58,6 +58,11 @@ class Counted:
         in_threads(work, len(x), self._slice)
         return product
 
+    def astype(self, kind) -> "Counted":
+        """The same in another precision."""
+        given, taken = (matrix.astype(kind, copy=False) for matrix in (self.given, self.taken))
+        return Counted(given, taken, self.diagonal)
+
     @property
     def _slice(self) -> int:
         """Rows that one core takes at a time."""
@@ -119,6 +124,11 @@ class Exchange:
     def single(self) -> bool:
         """Whether the factors are in single precision."""
         return isinstance(self.matrix, Counted) and self.matrix.given.dtype == np.float32
+
+    @property
+    def in_single(self) -> np.ndarray | Counted:
+        """The matrix in single precision."""
+        return self.matrix.astype(np.float32)
 
     def irradiance(self, radiosity: np.ndarray) -> np.ndarray:
         """What each patch receives from the others (n, bands), from radiosity (n, bands)."""

@@ -15,8 +15,15 @@ LINE = 16
 ROWS = 1 << 12
 """Added up at a time."""
 CORRECTIONS = 10
-"""Solves in single precision, each of what the ones before left; one is enough unless hardly anything
-absorbs."""
+"""Solves of what the ones before left; two are enough unless hardly anything absorbs."""
+FEW = 1e-6
+"""About what a solve in single precision cannot but leave of that."""
+SLOW, SHORT = 0.01, 200
+"""Where one leaves more, or takes so many steps, the next is in double precision."""
+LONG = 20_000
+"""Steps of a solve, at most."""
+STEPS = 48
+"""In a room of one paint, at most; what they leave is solved band by band."""
 
 
 def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray) -> tuple:
@@ -27,7 +34,7 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray) -
     With b = √A B = r z and r = √ρ the equation is (1 − r G r) z = r √A E, where
     G_ij = S_ij / √(A_i A_j) is symmetric with no eigenvalue above 1: positive definite as long as
     something absorbs. No division by ρ or 1 − ρ, so both ends of the range are ordinary.
-    A large mesh, kept in single precision, is solved in it; residual and answer are in double precision
+    Steps are in single precision where that gets on; residual and answer are in double precision
     (iterative refinement: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 12).
     Raises SolveError where it does not converge, as when nothing absorbs at all.
     """
@@ -39,24 +46,40 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray) -
     _refuse_furnace(exchange, reflectance, right)
     norm = _norm(right)
     norm = np.where(norm > 0, norm, 1.0)
-    single = exchange.single
-    goal = TOLERANCE_OF_LARGE if single else TOLERANCE
-    z, residual, left = np.zeros_like(right), right, np.inf
-    for _ in range(CORRECTIONS if single else 1):
-        before = left
-        if single:
-            size = _norm(residual)
-            size = np.where(size > 0, size, 1.0)
-            z += size * _conjugate_gradients(exchange.matrix, _in_lines(side), _in_lines(residual / size),
-                                             (goal / 2 * norm / size).min())[:, :right.shape[1]]
-        else:
-            z = _conjugate_gradients(exchange.matrix, side, right / norm, goal) * norm
+    large = exchange.single
+    goal = TOLERANCE_OF_LARGE if large else TOLERANCE
+
+    def check(z: np.ndarray) -> tuple:
+        # After hundreds of steps what the steps call the residual may not be the true one.
         sent = side * z
         received = exchange.matrix @ sent
-        # After hundreds of steps what the steps call the residual may not be the true one.
         residual = right - z + side * received
-        left = _norm(residual) / norm
-        if (left <= goal).all() or (left > before / 2).all():
+        return sent, received, residual, _norm(residual) / norm
+
+    z = None if large else _one_paint(exchange.matrix, inverse[:, 0], r, right, goal)
+    if z is None:
+        z = sent = received = np.zeros_like(right)
+        residual, left = right, _norm(right) / norm
+    else:
+        sent, received, residual, left = check(z)
+    matrix = None
+    for _ in range(CORRECTIONS):
+        if (left <= goal).all():
+            break
+        if matrix is None:
+            matrix, sides = exchange.in_single, _in_lines(side)
+        size = np.where(left > 0, left, 1.0) * norm
+        single = sides.dtype == np.float32
+        rest, enough = residual / size, goal / 2 / left.max()
+        if single:
+            rest, enough = _in_lines(rest), max(FEW, enough)
+        most = SHORT if single and not large else LONG
+        z = z + size * _conjugate_gradients(matrix, sides, rest, enough, most)[:, :right.shape[1]]
+        before = left
+        sent, received, residual, left = check(z)
+        if single and not large and (left > np.maximum(goal, SLOW * before)).any():
+            matrix, sides = exchange.matrix, side
+        elif (left > before / 2).all():
             break
     # A residual of rounding size against a large z is as good as the numbers allow.
     rounding = 1e-14 * _norm(z) / norm
@@ -67,14 +90,53 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray) -
     return sent, received
 
 
-def _conjugate_gradients(matrix, side: np.ndarray, right: np.ndarray, goal) -> np.ndarray:
+def _one_paint(matrix, inverse: np.ndarray, r: np.ndarray, right: np.ndarray, goal) -> np.ndarray | None:
+    """z where all that reflects does so alike, and light falls alike in every band, as in a room of one paint
+    and one lamp; else None.
+
+    Its bands (1 − ρ G) z = right differ by ρ alone and share one Krylov space (Lanczos' steps; Frommer and
+    Maass, SIAM J. Sci. Comput. 20, 1999): one column is multiplied for all of them.
+    inverse : 1 / √A (n_patches,)
+    """
+    reflecting = r.any(axis=1)
+    first = right[:, _norm(right).argmax()]
+    power = first @ first
+    if power == 0 or (r[reflecting] != r[reflecting][0]).any():
+        return None
+    share = first @ right / power
+    if np.abs(right - first[:, None] * share).max() > 1e-14 * np.abs(first).max():
+        return None
+    rho = np.where(share > 0, r[reflecting][0] ** 2, 0.0)
+    side = np.where(reflecting, inverse, 0.0)
+    basis, tridiagonal = np.empty((STEPS, len(r))), np.zeros((STEPS + 1, STEPS + 1))
+    step, beta, pivot, left = first / np.sqrt(power), 0.0, np.inf, np.ones(len(rho))
+    for k in range(STEPS):
+        basis[k] = step
+        so_far = basis[:k + 1]
+        image = side * (matrix @ (side * step))
+        alpha = image @ step
+        for _ in range(2):
+            image -= (so_far @ image) @ so_far
+        pivot = 1 - rho * alpha - (rho * beta) ** 2 / pivot
+        beta = np.sqrt(image @ image)
+        tridiagonal[k, k], tridiagonal[k, k + 1], tridiagonal[k + 1, k] = alpha, beta, beta
+        left *= rho * beta / pivot  # of the residual, as in conjugate gradients
+        if (left <= goal / 4).all():
+            break
+        step = image / beta
+    value, vector = np.linalg.eigh(tridiagonal[:k + 1, :k + 1])
+    weights = vector @ (vector[0][:, None] / (1 - value[:, None] * rho))
+    return so_far.T @ (weights * (np.sqrt(power) * share))
+
+
+def _conjugate_gradients(matrix, side: np.ndarray, right: np.ndarray, goal, most: int) -> np.ndarray:
     """z with z − side S side z = right (n_patches, n_bands), right of norm 1 in every band, or 0, until what
-    is left is below `goal`, in the precision of `side` and `right`."""
+    is left is below `goal` or after `most` steps, in the precision of `side` and `right`."""
     residual, search = right, right.copy()
     z = np.zeros_like(right)
     power = _dot(residual, residual)
     best = np.ones(right.shape[1])
-    for step in range(20_000):
+    for step in range(most):
         size = np.sqrt(power)
         best = np.minimum(best, size)
         if (size <= goal).all() or (step > 200 and (size > 10 * best).all()):

@@ -74,7 +74,7 @@ class Transport:
             return None
 
         def make() -> Arrays:
-            sight = look_across(self.mesh, self.visibility, self.rays_per_patch, (self.seed, 5))
+            sight = look_across(self.mesh, self.visibility, self.rays_per_patch, (self.seed, 9))
             return {} if sight is None else sight.arrays()
 
         arrays = self.remember("sight", make)
