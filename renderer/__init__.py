@@ -8,7 +8,13 @@
     solution.to_xarray().illuminance.groupby("surface").max()
 """
 
+import os
+
 from renderer.errors import InputError, SolveError
+
+# OpenBLAS's threads wait for the next product for some 2^26 cycles, on the cores that rays and factors are
+# worked out on meanwhile; it reads this where numpy is imported after renderer.
+os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "18")
 
 __all__ = ["InputError", "SolveError", "load", "solve"]
 

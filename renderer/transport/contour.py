@@ -8,6 +8,7 @@ integrand of touching polygons is singular.
 """
 
 from dataclasses import dataclass
+from threading import local
 
 import numpy as np
 from scipy import sparse
@@ -22,6 +23,8 @@ GAUSS_NODES, OF_APART, APART = 24, 8, 1.2
 for polygons whose middles are so many times their two radii apart: 2e-5 of what they exchange at worst."""
 CELLS = 1 << 17
 """Point–edge pairs worked on at once: what stays in the cache."""
+FLAT = -0.99
+"""Cosine of an angle past which its sine is found from the cross product."""
 
 
 def frames(normals: np.ndarray) -> np.ndarray:
@@ -108,7 +111,9 @@ def mesh_edges(mesh: Mesh) -> Edges:
     patches = first[place.ravel()][mesh.patches]
     pairs = np.stack([patches, np.roll(patches, -1, axis=1)], axis=-1).reshape(-1, 2)
     real = pairs[:, 0] != pairs[:, 1]
-    ends, index = np.unique(np.sort(pairs[real], axis=1), axis=0, return_inverse=True)
+    low, high = np.sort(pairs[real], axis=1).T.astype(np.int64)
+    keys, index = np.unique(low * len(mesh.vertices) + high, return_inverse=True)
+    ends = np.stack(np.divmod(keys, len(mesh.vertices)), axis=1)
     of_patch, sign = np.zeros(len(pairs), dtype=int), np.zeros(len(pairs))
     of_patch[real] = index.ravel()
     sign[real] = np.where(pairs[real, 0] < pairs[real, 1], 1.0, -1.0)
@@ -127,15 +132,20 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
     touch = HORIZON * mesh.scale
     vertices = mesh.vertices - mesh.middle
     axes = frames(normals)
-    first, second = edges.ends.T
+    ends = np.ascontiguousarray(edges.ends.T)
+    chunk = max(1, CELLS // len(edges.ends))
+    kept = local()  # by each thread, for memory freshly mapped costs more than the work in it
 
     def work(start: int, stop: int) -> None:
+        if not hasattr(kept, "room"):
+            kept.room = np.empty((8, chunk * len(edges.ends)))
+        room = kept.room[:, :(stop - start) * len(edges.ends)].reshape(8, len(edges.ends), -1)
         own = points[start:stop] - mesh.middle
         # By vertex, edge and patch, then by point: whatever is gathered is a run of numbers.
         x, y, z = (vertices @ axes[start:stop, k].T - np.einsum("ij,ij->i", own, axes[start:stop, k])
                    for k in range(3))
         z[np.abs(z) <= touch] = 0.0
-        total = around @ _edge(*(c[first] for c in (x, y, z)), *(c[second] for c in (x, y, z)))
+        total = around @ _edges((x, y, z), ends, room)
         np.clip(total, 0.0, 1.0, out=total)
         high = _any_corner(z > 0, mesh.patches)
         total[~high] = 0.0
@@ -146,8 +156,44 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
                                                   mesh.corners[patch])
         factors[start:stop] = total.T
 
-    in_threads(work, len(points), max(1, CELLS // len(edges.ends)))
+    in_threads(work, len(points), chunk)
     return factors
+
+
+def _edges(vertices: tuple, ends: np.ndarray, room: np.ndarray) -> np.ndarray:
+    """As `_edge`, of the edges (2, e) between vertices (n, k) that k points see in their frames; in `room`
+    (8, e, k), which is written over.
+
+    With a and b of length 1, c = a·b: (a × b)_z arccos c / √(1 − c²), which rounding of c does not harm
+    where the edge is seen under a small angle, and hardly does up to FLAT.
+    """
+    distance = np.sqrt(sum(x * x for x in vertices))
+    np.maximum(distance, 1e-300, out=distance)
+    a, b, total, spare = room[:3], room[3:6], room[6], room[7]
+    for x, start, end in zip(vertices, a, b, strict=True):
+        x = x / distance
+        x.take(ends[0], axis=0, out=start, mode="clip")
+        x.take(ends[1], axis=0, out=end, mode="clip")
+    np.multiply(a[0], b[1], out=total)
+    np.multiply(a[1], b[0], out=spare)
+    total -= spare
+    a *= b
+    cosine = a[0]
+    cosine += a[1]
+    cosine += a[2]
+    np.minimum(cosine, 1 - 2**-53, out=cosine)
+    flat = np.divmod(np.flatnonzero((cosine < FLAT).ravel()), cosine.shape[1])
+    cosine[flat] = 0.0
+    np.subtract(1, cosine, out=spare)
+    np.add(1, cosine, out=a[1])
+    spare *= a[1]
+    np.sqrt(spare, out=spare)
+    np.arccos(cosine, out=cosine)
+    total *= cosine
+    total /= spare
+    first, second = ends[:, flat[0]]
+    total[flat] = _edge(*(x[first, flat[1]] for x in vertices), *(x[second, flat[1]] for x in vertices))
+    return total
 
 
 def _any_corner(vertices: np.ndarray, patches: np.ndarray) -> np.ndarray:
@@ -178,21 +224,22 @@ def _contours(a: np.ndarray, b: np.ndarray, n_nodes: int) -> np.ndarray:
     nodes, weights = np.polynomial.legendre.leggauss(n_nodes)
     nodes, weights = (nodes + 1) / 2, weights / 2
     weights, nodes = weights * 6 * nodes * (1 - nodes), nodes**2 * (3 - 2 * nodes)
-    edges, others = np.roll(a, -1, axis=1) - a, np.roll(b, -1, axis=1) - b
-    lengths = np.linalg.norm(others, axis=2)
-    along = others / np.maximum(lengths, 1e-300)[..., None]
-    parallel = edges @ along.transpose(0, 2, 1)
-    pair, e, f = np.nonzero(parallel)
-    inner = np.empty(len(pair))
+    areas = np.empty(len(a))
 
     def work(start: int, stop: int) -> None:
-        k, i, j = pair[start:stop], e[start:stop], f[start:stop]
-        inner[start:stop] = _log_distance(a[k, i] - b[k, j], edges[k, i], along[k, j], lengths[k, j],
-                                          nodes) @ weights
+        ours, theirs = a[start:stop], b[start:stop]
+        edges, others = np.roll(ours, -1, axis=1) - ours, np.roll(theirs, -1, axis=1) - theirs
+        lengths = np.sqrt(np.einsum("kci,kci->kc", others, others))
+        along = others / np.maximum(lengths, 1e-300)[..., None]
+        parallel = edges @ along.transpose(0, 2, 1)
+        pair, e, f = np.nonzero(parallel)
+        inner = _log_distance(ours[pair, e] - theirs[pair, f], edges[pair, e], along[pair, f],
+                              lengths[pair, f], nodes) @ weights
+        inner *= parallel[pair, e, f]
+        areas[start:stop] = np.abs(np.bincount(pair, inner, stop - start)) / (2 * np.pi)
 
-    in_threads(work, len(pair), CELLS // 4 // n_nodes)
-    inner *= parallel[pair, e, f]
-    return np.abs(np.bincount(pair, inner, len(a))) / (2 * np.pi)
+    in_threads(work, len(a), CELLS // 8 // n_nodes)
+    return areas
 
 
 def _log_distance(start, edge, along, length, nodes) -> np.ndarray:
@@ -208,18 +255,24 @@ def _log_distance(start, edge, along, length, nodes) -> np.ndarray:
     across2 = dot(aside, aside) + nodes * (2 * dot(aside, turn) + nodes * dot(turn, turn))
     # Rounding leaves some 1e-16 of the offset² on the segment's own line.
     across2[across2 <= 1e-14 * length**2] = 0.0
-    across = np.sqrt(across2)
 
     def x_log(x):
         r2 = x * x
         r2 += across2
-        r2[r2 == 0] = 1.0
-        return x * np.log(r2, out=r2)
+        np.maximum(r2, 1e-300, out=r2)  # x is 0, too
+        np.log(r2, out=r2)
+        r2 *= x
+        return r2
 
-    integral = (x_log(rest) + x_log(s)) / 2 - length
-    across2[across2 == 0] = 1.0
-    safe = np.sqrt(across2)
-    angle = np.arctan(rest / safe)
-    angle += np.arctan(s / safe)
-    integral += across * angle
+    integral = x_log(rest)
+    integral += x_log(s)
+    integral /= 2
+    integral -= length
+    # arctan(rest / across) + arctan(s / across), which add up to less than π.
+    rest *= s
+    np.subtract(across2, rest, out=rest)
+    across = np.sqrt(across2, out=across2)
+    angle = np.arctan2(across * length, rest, out=rest)
+    angle *= across
+    integral += angle
     return integral
