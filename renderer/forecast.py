@@ -16,7 +16,7 @@ from renderer.solution import distinct_bands
 from renderer.transport.contour import point_factors
 from renderer.transport.exchange import better_dense
 from renderer.transport.form_factors import between, rays_in_half
-from renderer.transport.hemisphere import independent_parts
+from renderer.transport.hemisphere import independent_parts, rays_of_vertex
 from renderer.transport.mesh import build_mesh
 from renderer.transport.mounting import seated, stand_off
 from renderer.transport.patches import Mesh
@@ -140,7 +140,7 @@ def _operators(n: int, v: int, rays: int, doubtful: float) -> tuple[float, float
     if not rays:
         return n * (n + v), 0.0
     pairs = round(doubtful * n**2)
-    of_vertices = v * rays if independent_parts(n, rays) > 1 else 0
+    of_vertices = v * rays_of_vertex(rays) if independent_parts(n, rays) > 1 else 0
     return n**2 if rays_in_half(n, pairs, rays) else 0, between(n, pairs, rays) + of_vertices
 
 
@@ -169,14 +169,14 @@ def _bytes(n: int, v: int, rays: int, doubtful: float) -> float:
     if not rays:
         return 8.0 * 1.2 * n * (n + v)
     parts = independent_parts(n, rays)
-    pairs = round(doubtful * n**2)
+    pairs, of_vertices = round(doubtful * n**2), v * rays_of_vertex(rays) * (parts > 1)
     if rays_in_half(n, pairs, rays):
-        return 8.0 * n * n * MATRICES + OF_A_DOUBT * pairs + 12.0 * v * rays * (parts > 1)
-    hits = 4.0 * rays * (n + (v if parts > 1 else 0))
-    whole, part = (8.0 * n * n if better_dense(n, 2 * n * r) else 24.0 * n * r for r in (rays, rays // parts))
-    vertices = 24.0 * v * rays if parts > 1 else 0.0
+        return 8.0 * n * n * MATRICES + OF_A_DOUBT * pairs + 12.0 * of_vertices
+    hits = 4.0 * (rays * n + of_vertices)
+    whole = 8.0 * n * n if better_dense(n, 2 * n * rays) else 24.0 * n * rays
+    part = 24.0 * n * rays / parts if parts > 1 else 0.0
     fields = 10 * 8.0 * n * len(narrow_bands().xyz) if n < 15_000 else 10 * 8.0 * n * 31
-    return 2 * hits + 2 * whole + (parts * part if parts > 1 else 0.0) + vertices + fields
+    return 2 * hits + 2 * whole + part + 24.0 * of_vertices + fields
 
 
 def _sentences(scene: Scene, plan: Plan, bands: int, solved: int) -> tuple[list[str], list[str]]:

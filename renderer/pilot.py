@@ -131,7 +131,7 @@ def fly(scene: Scene, plan: Plan, patches: int) -> Pilot:
     other = solution.family[2].transport
     direct = sum(took for name, took in watch.seconds.items() if name.endswith(" direct"))
     # What all meters share, so that it is not taken for theirs.
-    _ = solution.by_bands, [each.vertex_irradiance for each in (solution, solution.family[2])]
+    _ = solution.by_bands, [each.vertices_read for each in (solution, solution.family[2])]
     cast, started = transport.rays, time.perf_counter()
     figures, tried, meters = _read(solution)
     seconds, cast = time.perf_counter() - started, transport.rays - cast

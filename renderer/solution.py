@@ -13,8 +13,9 @@ from renderer.colour.lamps import spectral_flux
 from renderer.plan import Plan, make_plan
 from renderer.readings.luminance import luminance_meter
 from renderer.readings.photometer import Meter, make_meter
+from renderer.readings.reading import Reading
 from renderer.readings.reconstruction import reconstructed
-from renderer.readings.uncertainty import Figure, half_widths
+from renderer.readings.uncertainty import half_widths
 from renderer.scene.reading import Scene
 from renderer.transport.exchange import Exchange
 from renderer.transport.hemisphere import Rows
@@ -33,61 +34,6 @@ QUADRATURE = 4e-4
 """Share of a reading that light through a measured luminaire's opening may err by (docs/decisions.md)."""
 COARSER = 1.5
 """Largest patch of one mesh over that of another, in area, for them to tell the mesh error."""
-
-
-@dataclass(frozen=True)
-class Reading:
-    """What a photometer shows; by band (n_bands,) [W m⁻² per band; lx-weighted in RGB].
-
-    power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None where the bands are no spectrum
-    mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
-    band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
-    """
-
-    name: str
-    position: np.ndarray
-    normal: np.ndarray
-    direct: np.ndarray
-    indirect: np.ndarray
-    power: np.ndarray | None
-    bands: BandSet
-    mesh_error: float
-    sampling_error: float
-    band_error: float
-
-    def __repr__(self) -> str:
-        return (f"Reading({self.name!r}: {self.total_lx:.2f} ± {self.uncertainty:.2g} lx, of which "
-                f"{self.indirect_lx:.2f} indirect; {self.bands.name} bands)")
-
-    @property
-    def figure(self) -> Figure:
-        """The total illuminance with its error bar [lx]."""
-        return Figure(self.name, self.total_lx, self.mesh_error, self.sampling_error)
-
-    @property
-    def uncertainty(self) -> float:
-        """95 % half-width of the total illuminance [lx]: mesh and sampling together."""
-        return self.figure.uncertainty
-
-    @property
-    def total(self) -> np.ndarray:
-        """Irradiance in each band (n_bands,)."""
-        return self.direct + self.indirect
-
-    @property
-    def direct_lx(self) -> float:
-        """Illuminance straight from the luminaires [lx]."""
-        return float(self.direct @ self.bands.luminous)
-
-    @property
-    def indirect_lx(self) -> float:
-        """Illuminance by way of the surfaces [lx]."""
-        return float(self.indirect @ self.bands.luminous)
-
-    @property
-    def total_lx(self) -> float:
-        """Illuminance [lx]."""
-        return self.direct_lx + self.indirect_lx
 
 
 @dataclass
@@ -159,12 +105,18 @@ class Solution:
     @cached_property
     def vertex_irradiance(self) -> np.ndarray:
         """Indirect light that each vertex receives (n_vertices, n_bands)."""
-        return self.transport.at_vertices(self.radiosity, self.received, self.sample)
+        return self.transport.at_vertices(self.radiosity, self.received, self.sample, shown=True)
 
     @cached_property
     def vertex_radiosity(self) -> np.ndarray:
         """Indirect light that each vertex reflects (n_vertices, n_bands)."""
         return self.reflectance[self.transport.mesh.vertex_surface] * self.vertex_irradiance
+
+    @cached_property
+    def vertices_read(self) -> np.ndarray:
+        """The same as readings take it, about the patches' means (n_vertices, n_bands)."""
+        received = self.transport.at_vertices(self.radiosity, self.received, self.sample, shown=False)
+        return self.reflectance[self.transport.mesh.vertex_surface] * received
 
     @cached_property
     def patch_radiosity(self) -> np.ndarray:
@@ -226,29 +178,37 @@ class Solution:
         samples = slice(None) if self.sample is None else slice(self.sample, self.sample + 1)
         direct = meter.direct[samples].mean(axis=0) @ self.flux
         sensors = meter.sensors[samples]
-        indirect = sum(sensor.direct_radiosity(self.reflectance, self.flux)
-                       + sensor.indirect_radiosity(self.vertex_radiosity, self.patch_radiosity)
-                       for sensor in sensors) / len(sensors)
+        indirect = sum(sensor.direct_radiosity(self.reflectance, self.flux) + sensor.indirect_radiosity(
+            self.vertices_read if sensor.about_means else self.vertex_radiosity, self.patch_radiosity)
+            for sensor in sensors) / len(sensors)
         return direct, indirect
 
     def read_lx(self, meter: Meter, part: int | None = None) -> np.ndarray:
         """What the luminaires and each surface send [lx] (1 + n_surfaces,), by one part of a meter or all."""
-        flux, once, vertices, patches = self._luminous
+        flux, once, patches = self._luminous
         part = self.sample if part is None else part
         samples = slice(None) if part is None else slice(part, part + 1)
         sensors = meter.sensors[samples]
-        indirect = sum(sensor.direct @ once + sensor.indirect @ vertices + sensor.means @ patches
-                       for sensor in sensors) / len(sensors)
+        indirect = sum(sensor.direct @ once + sensor.means @ patches + sensor.indirect @ (
+            self._luminous_read if sensor.about_means else self._luminous_shown)
+            for sensor in sensors) / len(sensors)
         return np.concatenate([[meter.direct[samples].mean(axis=0) @ flux], indirect])
 
     @cached_property
     def _luminous(self) -> tuple[np.ndarray, ...]:
         """What sensors add up, in lumens: flux of each luminaire, direct light reflected once (surface ×
-        luminaire), indirect light that vertices and patches reflect."""
+        luminaire), indirect light that patches reflect."""
         luminous = self.bands.luminous
         once = (self.reflectance[:, None, :] * self.flux[None]) @ luminous
-        return (self.flux @ luminous, once.ravel(), self.vertex_radiosity @ luminous,
-                self.patch_radiosity @ luminous)
+        return self.flux @ luminous, once.ravel(), self.patch_radiosity @ luminous
+
+    @cached_property
+    def _luminous_read(self) -> np.ndarray:
+        return self.vertices_read @ self.bands.luminous
+
+    @cached_property
+    def _luminous_shown(self) -> np.ndarray:
+        return self.vertex_radiosity @ self.bands.luminous
 
     @property
     def quadrature(self) -> float:
@@ -294,16 +254,22 @@ class Solution:
         fine, coarse = (solve_on(self.scene, band_set("rgb"), each, self.rooms, transport)
                         for each, transport in ((self.plan, self.transport), (plan, other)))
         sampled = fine if self.transport.parts > 1 else coarse
-        return fine, [sampled.part(k) for k in range(sampled.transport.samples)], coarse
+        return fine, sampled.by_parts(), coarse
 
-    def part(self, part: int) -> "Solution":
-        """The same by one independent part of the rays."""
-        transport, stretch = self.transport, self.transport.stretch
-        direct = transport.direct + (transport.direct_parts[part] - transport.direct) / stretch
-        light, _ = _light(self.scene, self.bands, transport.mesh, transport.replica(part), direct)
-        sent, received = (whole + stretch * (one - whole)
-                          for whole, one in zip((self.radiosity, self.received), light, strict=True))
-        return replace(self, radiosity=sent, received=received, sample=part)
+    def by_parts(self) -> list["Solution"]:
+        """The same by each independent part of the rays, to first order; none where no ray is cast."""
+        transport, bands = self.transport, self.flux.shape[1]
+        parts, stretch = transport.samples, transport.stretch
+        if not parts:
+            return []
+        brought = transport.departures(self.radiosity)
+        more = brought + (transport.direct_parts - transport.direct) @ self.flux / stretch
+        rho = self.reflectance[transport.mesh.surface]
+        light = radiosity(transport.exchange, np.tile(rho, parts), np.hstack(more))
+        sent, received = (stretch * each.reshape(len(rho), parts, bands).transpose(1, 0, 2) for each in light)
+        received += stretch * brought
+        return [replace(self, radiosity=self.radiosity + sent[k], received=self.received + received[k],
+                        sample=k) for k in range(parts)]
 
 
 def placed(make: Callable) -> Callable[[Solution], Meter]:

@@ -145,8 +145,7 @@ def test_bars_stand_where_only_the_other_mesh_has_samples(room):
     solution = renderer.solve(room(0.5, objects=[crate]), bands="rgb", accuracy=0.1)
     own = patch_bars(solution)[1]
     fine, _, other = solution.family
-    borrowed = [other.part(k) for k in range(other.transport.samples)]
-    solution.__dict__["family"] = (fine, borrowed, other)
+    solution.__dict__["family"] = (fine, other.by_parts(), other)
     theirs = patch_bars(solution)[1]
     assert np.isfinite(theirs).all()
     # As many rays a patch on patches twice as long: spread of the same order, not the same numbers.

@@ -1,5 +1,8 @@
 """Culling before casting: what is in plain sight is, and the rest is told by rays."""
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 import pytest
 from random_rooms import random_scene
@@ -8,12 +11,15 @@ from scipy.stats import chi2
 import renderer
 from renderer.scene.reading import load
 from renderer.transport import form_factors
-from renderer.transport.form_factors import contour_exchange, half_sample, look_across
+from renderer.transport.exchange import balance
+from renderer.transport.form_factors import contour_exchange, look_across
 from renderer.transport.hemisphere import cast, count, probed
 from renderer.transport.mesh import build_mesh
 from renderer.transport.mounting import seated, stand_off
+from renderer.transport.parts import departures, half_samples, independent
 from renderer.transport.sampling import REPLICAS
 from renderer.transport.shafts import clusters, doubtful_pairs
+from renderer.transport.solve import radiosity
 from renderer.transport.transport import compute_transport
 from renderer.transport.visibility import Visibility
 
@@ -131,21 +137,49 @@ def test_half_samples_depart_by_what_the_whole_errs_by(room):
     visibility = Visibility(mesh)
     member = np.eye(mesh.surface.max() + 1)[mesh.surface]
 
-    def between(exchange):
-        return (member.T @ exchange.matrix @ member)[np.triu_indices(member.shape[1], 1)]
+    def between(exchange, more=0.0):
+        sent = exchange.matrix @ member + exchange.areas[:, None] * more
+        return (member.T @ sent)[np.triu_indices(member.shape[1], 1)]
 
     draws = 24
     sights = [look_across(mesh, visibility, 128, (k,)) for k in range(draws)]
     exchanges, whole = zip(*(contour_exchange(mesh, sight) for sight in sights), strict=True)
     truth = np.var([between(exchange) for exchange in exchanges], axis=0, ddof=1)
-    halves = [[between(half_sample(exchanges[k], sights[k], whole[k], part)) for part in range(REPLICAS)]
-              for k in range(0, draws, 4)]
+    halves = [[between(exchanges[k], more) for more in departures(
+        exchanges[k], partial(half_samples, sights[k], whole[k], REPLICAS), member)]
+        for k in range(0, draws, 4)]
     said = np.var(halves, axis=1, ddof=1).mean(axis=0)
     kept = truth > 1e-3 * truth.max()
     # Both are variances of normal numbers: their ratio, in the mean over some 30 pairs of surfaces that
     # depend on each other, as of 5 alone.
     low, high = (chi2.ppf(p, 5 * (draws - 1)) / (5 * (draws - 1)) for p in (1e-4, 1 - 1e-4))
     assert low < np.exp(np.log(said[kept] / truth[kept]).mean()) < high
+
+
+@pytest.mark.parametrize("across", [True, False])
+def test_parts_are_what_solving_with_each_says(room, monkeypatch, across):
+    monkeypatch.setattr(form_factors, "MOST_PATCHES", 4000 if across else 0)
+    solution = renderer.solve(room(0.5, objects=[CRATE, TURNED]), bands="rgb", accuracy=0.1)
+    transport, rho = solution.transport, solution.reflectance[solution.transport.mesh.surface]
+    exchange, stretch = transport.exchange, transport.stretch
+    one = np.eye(len(rho))
+    if across:
+        more = half_samples(transport.sight, transport._operator["whole"], REPLICAS, one)
+    else:
+        more = independent(transport.mesh, exchange, transport.hits, REPLICAS, one)
+    for part, solved in zip(more, solution.by_parts(), strict=True):
+        assert np.abs(part - part.T).max() < 1e-12 * exchange.areas.max()
+        balanced, _ = balance(dense(exchange) + part, exchange.areas)
+        k = solved.sample
+        direct = transport.direct + (transport.direct_parts[k] - transport.direct) / stretch
+        sent, _ = radiosity(replace(exchange, matrix=balanced), rho, direct @ solution.flux)
+        exact = sent - solution.radiosity
+        # What is left out is of second order: smaller again by as much as the part's rows differ from the
+        # whole's, of which half at most comes back at a reflectance of 0.5.
+        found = (solved.radiosity - solution.radiosity) / stretch
+        live = exchange.areas > 0
+        small = (np.abs(balanced - dense(exchange)).sum(axis=1)[live] / exchange.areas[live]).max()
+        assert np.linalg.norm(found - exact) < 0.5 * min(small, 1.0) * np.linalg.norm(exact)
 
 
 def test_a_room_too_full_or_too_fine_is_left_to_hemispheres(room, monkeypatch):

@@ -185,7 +185,7 @@ def _prepared(scene: Scene, plan: Plan, seed: int) -> tuple[Transport, list]:
     meters = [make_meter(transport, np.array(p.position), np.array(p.normal) / np.linalg.norm(p.normal),
                          f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
     if transport.visibility is None or transport.parts > 1:
-        _ = transport.to_vertices
+        _ = transport.to_vertices_read
     return transport, meters
 
 

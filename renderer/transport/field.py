@@ -28,6 +28,11 @@ class Sensor:
     indirect: sparse.csr_array
     means: sparse.csr_array
 
+    @property
+    def about_means(self) -> bool:
+        """Whether indirect light is what patches say, and vertices only how it varies across them."""
+        return self.means.nnz > 0
+
     def direct_radiosity(self, reflectance: np.ndarray, flux: np.ndarray) -> np.ndarray:
         """Weighted sum of direct light reflected once (rows, n_bands).
 

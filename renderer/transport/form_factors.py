@@ -1,6 +1,6 @@
 """Form factors in closed form: who exchanges light with whom, past what stands in the way."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -168,16 +168,3 @@ def _before(mesh: Mesh, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Whether the whole of each second patch is before its first one (k,)."""
     reach = np.einsum("kci,ki->kc", mesh.corners[second] - mesh.centroid[first][:, None], mesh.normal[first])
     return (reach >= -HORIZON * mesh.scale).all(axis=1)
-
-
-def half_sample(exchange: Exchange, sight: Sight, whole: np.ndarray, part: int) -> Exchange:
-    """The operator by one half of the rays of each pair, drawn by lot (McCarthy, Rev. Int. Stat. Inst. 37,
-    1969): it departs from the whole by what that itself errs by.
-
-    whole : as `contour_exchange` says
-    """
-    first, second = sight.pairs
-    sign = np.random.default_rng(part).choice([-1.0, 1.0], len(whole))
-    matrix = exchange.matrix.copy()
-    matrix[first, second] = matrix[second, first] = whole * (sight.seen + sign * sight.apart).clip(0, 1)
-    return replace(exchange, matrix=balance(matrix, exchange.areas)[0])

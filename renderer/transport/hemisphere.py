@@ -20,6 +20,8 @@ FEW, MANY = 16, 40_000
 and what they err by is told by a coarser mesh with fewer."""
 PROBE_RAYS, MORE_RAYS = 64, 1024
 """Rays of a patch that tell whether it is covered in part, and if so how much of it."""
+OF_VERTEX = 4
+"""So many times fewer rays of a vertex than of a patch do for readings (docs/decisions.md)."""
 SENT = 10_000_000
 """Rays of a mesh from which other machines cast them, where there are any; fewer are done here sooner."""
 
@@ -31,6 +33,11 @@ what `cast_rows` says of it, and how many rays that took."""
 def independent_parts(patches: int, rays: int) -> int:
     """In how many independent parts so many rays a patch are drawn; 1 for none."""
     return REPLICAS if rays >= FEW * REPLICAS and patches <= MANY else 1
+
+
+def rays_of_vertex(rays: int) -> int:
+    """How many rays of each vertex tell what readings need, when so many of a patch are asked for."""
+    return max(FEW * REPLICAS, rays // OF_VERTEX)
 
 
 def cast(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...],
@@ -124,11 +131,10 @@ def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
     """Factors counted from what rays meet (n_patches, rays), of `cast`: each row sums to 1 whatever
     stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
     grows with the number of patches, not its square."""
-    n, rays = hits.shape
+    n = len(hits)
     open_ = openness(hits)
     areas = mesh.area * open_.exposed
-    share = mesh.area / rays / (1 - open_.lost)
-    given, between = _gathered(mesh, hits, areas > 0, areas, share, max(1, CHUNK // rays))
+    given, between = tallied(mesh, hits, areas, open_.lost)
     error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
     if better_dense(n, 2 * hits.size):
         half = given.toarray()
@@ -139,14 +145,16 @@ def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
     return Exchange(areas, balance(matrix, areas)[0], leak, error, pair, leak, int(open_.lost.argmax()))
 
 
-def _gathered(mesh: Mesh, hits: np.ndarray, alive: np.ndarray, areas: np.ndarray, share: np.ndarray,
-              step: int) -> tuple[sparse.csr_array, np.ndarray]:
-    """Exchange areas counted ray by ray (n, n) [m²], and between surfaces (n_surfaces, n_surfaces) [m²].
+def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -> tuple:
+    """Exchange areas counted ray by ray, a half R of R + Rᵀ (n, n) [m²], and between surfaces
+    (n_surfaces, n_surfaces) [m²]; not balanced.
 
-    A ray of a patch is worth `share` (n,). Of the two counts of a pair the smaller patch's is the better:
-    their variances are as the areas, and so the pair's two are weighted.
+    areas : exposed (n,) [m²]; lost : share of the light of each patch (n,), as in `Openness`. Of the two
+    counts of a pair the smaller patch's is the better: their variances are as the areas, and so the pair's
+    two are weighted.
     """
-    n, surfaces = len(hits), mesh.surface.max() + 1
+    (n, rays), surfaces = hits.shape, mesh.surface.max() + 1
+    alive, share, step = areas > 0, mesh.area / rays / (1 - lost), max(1, CHUNK // rays)
     kept = np.empty(hits.shape, dtype=bool)
 
     def choose(start: int, stop: int) -> None:

@@ -22,6 +22,8 @@ SLOW, SHORT = 0.01, 200
 """Where one leaves more, or takes so many steps, the next is in double precision."""
 LONG = 20_000
 """Steps of a solve, at most."""
+ENOUGH = 1e-3
+"""Where only an error bar hangs on it."""
 STEPS = 48
 """In a room of one paint, at most; what they leave is solved band by band."""
 
@@ -74,7 +76,7 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray) -
         if single:
             rest, enough = _in_lines(rest), max(FEW, enough)
         most = SHORT if single and not large else LONG
-        z = z + size * _conjugate_gradients(matrix, sides, rest, enough, most)[:, :right.shape[1]]
+        z = z + size * _conjugate_gradients(matrix, -sides, sides, rest, enough, most)[:, :right.shape[1]]
         before = left
         sent, received, residual, left = check(z)
         if single and not large and (left > np.maximum(goal, SLOW * before)).any():
@@ -129,9 +131,23 @@ def _one_paint(matrix, inverse: np.ndarray, r: np.ndarray, right: np.ndarray, go
     return so_far.T @ (weights * (np.sqrt(power) * share))
 
 
-def _conjugate_gradients(matrix, side: np.ndarray, right: np.ndarray, goal, most: int) -> np.ndarray:
-    """z with z − side S side z = right (n_patches, n_bands), right of norm 1 in every band, or 0, until what
-    is left is below `goal` or after `most` steps, in the precision of `side` and `right`."""
+def rescaled(exchange: Exchange, missing: np.ndarray) -> np.ndarray:
+    """d (n_patches, k) with (A + S) d = missing (n_patches, k) [m²], to a thousandth: by how much more than 1
+    the operator must be scaled from both sides for its rows to sum to that much more."""
+    root = np.sqrt(exchange.areas)[:, None]
+    inverse = 1 / np.where(root > 0, root, np.inf)
+    right = inverse * missing
+    norm = _norm(right)
+    norm = np.where(norm > 0, norm, 1.0)
+    side = _in_lines(np.broadcast_to(inverse, right.shape))
+    z = _conjugate_gradients(exchange.in_single, side, side, _in_lines(right / norm), ENOUGH, SHORT)
+    return inverse * z[:, :right.shape[1]] * norm
+
+
+def _conjugate_gradients(matrix, left, side: np.ndarray, right: np.ndarray, goal, most: int) -> np.ndarray:
+    """z with z + left S side z = right (n_patches, n_bands), right of norm 1 in every band, or 0, and left
+    plus or minus side, until what remains is below `goal` or after `most` steps, in the precision of `side`
+    and `right`."""
     residual, search = right, right.copy()
     z = np.zeros_like(right)
     power = _dot(residual, residual)
@@ -142,7 +158,7 @@ def _conjugate_gradients(matrix, side: np.ndarray, right: np.ndarray, goal, most
         if (size <= goal).all() or (step > 200 and (size > 10 * best).all()):
             break
         image = matrix @ (side * search)
-        image *= -side
+        image *= left
         image += search  # what absorption takes
         curvature = _dot(search, image)
         move = np.where(curvature > 0, power / np.where(curvature > 0, curvature, 1.0), 0.0)

@@ -6,7 +6,7 @@ A grey and a red room of one shape share it, whatever the bands; so do their pic
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -18,10 +18,19 @@ from renderer.scene.rooms import Room
 from renderer.transport.contour import HORIZON, point_factors
 from renderer.transport.direct import direct_on_patches
 from renderer.transport.exchange import Exchange, from_arrays
-from renderer.transport.form_factors import Sight, contour_exchange, half_sample, look_across, sight_from
-from renderer.transport.hemisphere import Rows, cast, count, independent_parts, look_round, shares
+from renderer.transport.form_factors import Sight, contour_exchange, look_across, sight_from
+from renderer.transport.hemisphere import (
+    Rows,
+    cast,
+    count,
+    independent_parts,
+    look_round,
+    rays_of_vertex,
+    shares,
+)
 from renderer.transport.mesh import build_mesh
 from renderer.transport.mounting import seated, stand_off
+from renderer.transport.parts import departures, half_samples, independent
 from renderer.transport.patches import Mesh
 from renderer.transport.sampling import REPLICAS
 from renderer.transport.visibility import Visibility
@@ -100,20 +109,18 @@ class Transport:
         """In how many parts of the rays the operator is known; 0 where no ray is cast, or too few are."""
         return self.parts if self.visibility is not None and self.parts > 1 else 0
 
-    def replica(self, part: int) -> Exchange:
-        """The operator from one part of the rays. It departs from the whole as an independent part would, or
-        `stretch` times less."""
+    def departures(self, radiosity: np.ndarray) -> np.ndarray:
+        """How much more irradiance the operator by each part of the rays brings (parts, n_patches, n_bands),
+        as an independent part would, or `stretch` times less. radiosity : (n_patches, n_bands)"""
         if self.sight is not None:
-            return half_sample(self.exchange, self.sight, self._operator["whole"], part)
-        return self._counted[part]
-
-    @cached_property
-    def _counted(self) -> tuple[Exchange, ...]:
-        return tuple(count(self.mesh, hits) for hits in np.split(self.hits, self.parts, axis=1))
+            more = partial(half_samples, self.sight, self._operator["whole"], self.samples)
+        else:
+            more = partial(independent, self.mesh, self.exchange, self.hits, self.samples)
+        return departures(self.exchange, more, radiosity)
 
     @property
     def stretch(self) -> float:
-        """How many times farther than a `replica` independent parts would be from the whole."""
+        """How many times farther than `departures` says independent parts would be from the whole."""
         return 1.0 if self.sight is None else float(np.sqrt(self.parts))
 
     @cached_property
@@ -156,30 +163,42 @@ class Transport:
         """In how many independent samples light is known; 1 where no ray is cast."""
         return independent_parts(len(self.mesh.patches), self.rays_per_patch)
 
-    def at_vertices(self, radiosity: np.ndarray, received: np.ndarray, sample: int | None) -> np.ndarray:
+    def at_vertices(self, radiosity: np.ndarray, received: np.ndarray, sample: int | None,
+                    shown: bool) -> np.ndarray:
         """What each vertex receives by way of the patches (n_vertices, n_bands).
 
         radiosity, received : (n_patches, n_bands), what each patch sends, and receives by way of the others;
-        sample : from which independent part of the rays; None for all.
+        sample : from which independent part of the rays; None for all; shown : in pictures, where light is
+        what vertices say; readings take the patches' means and only what vertices differ by.
         """
         if self.visibility is not None and self.parts == 1:
             return self.mesh.around_vertices @ received
-        every, parts = self.to_vertices
+        every, parts = self.to_vertices if shown else self.to_vertices_read
         return (every if sample is None else parts[sample]) @ radiosity
 
     @cached_property
     def to_vertices(self) -> tuple:
         """What each vertex receives per unit radiosity of each patch (n_vertices, n_patches), and the
         same from each independent part of the rays."""
+        return self._from_vertices("vertices", self.rays_per_patch)
+
+    @cached_property
+    def to_vertices_read(self) -> tuple:
+        """The same from as many rays as readings need."""
+        if self.visibility is None:
+            return self.to_vertices
+        return self._from_vertices("vertices read", rays_of_vertex(self.rays_per_patch))
+
+    def _from_vertices(self, name: str, rays: int) -> tuple:
         mesh = self.mesh
         points, normals = self._vertex_points()
         if self.visibility is None:
             lifted = points + HORIZON / 2 * mesh.scale * normals
-            return self.remember("vertices", lambda: {"factors": point_factors(
+            return self.remember(name, lambda: {"factors": point_factors(
                 lifted, normals, mesh)})["factors"], ()
         lifted = self.visibility.off(points, normals)
-        hits = self.remember("vertices", lambda: {"hits": look_round(
-            lifted, normals, self.visibility, self.rays_per_patch, (self.seed, 3))})["hits"]
+        hits = self.remember(name, lambda: {"hits": look_round(
+            lifted, normals, self.visibility, rays, (self.seed, 3))})["hits"]
         return shares(hits, len(mesh.patches)), tuple(
             shares(part, len(mesh.patches)) for part in np.split(hits, REPLICAS, axis=1))
 

@@ -1,0 +1,63 @@
+"""What a photometer says of a point."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.colour.bands import BandSet
+from renderer.readings.uncertainty import Figure
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a photometer shows; by band (n_bands,) [W m⁻² per band; lx-weighted in RGB].
+
+    power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None where the bands are no spectrum
+    mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
+    band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
+    """
+
+    name: str
+    position: np.ndarray
+    normal: np.ndarray
+    direct: np.ndarray
+    indirect: np.ndarray
+    power: np.ndarray | None
+    bands: BandSet
+    mesh_error: float
+    sampling_error: float
+    band_error: float
+
+    def __repr__(self) -> str:
+        return (f"Reading({self.name!r}: {self.total_lx:.2f} ± {self.uncertainty:.2g} lx, of which "
+                f"{self.indirect_lx:.2f} indirect; {self.bands.name} bands)")
+
+    @property
+    def figure(self) -> Figure:
+        """The total illuminance with its error bar [lx]."""
+        return Figure(self.name, self.total_lx, self.mesh_error, self.sampling_error)
+
+    @property
+    def uncertainty(self) -> float:
+        """95 % half-width of the total illuminance [lx]: mesh and sampling together."""
+        return self.figure.uncertainty
+
+    @property
+    def total(self) -> np.ndarray:
+        """Irradiance in each band (n_bands,)."""
+        return self.direct + self.indirect
+
+    @property
+    def direct_lx(self) -> float:
+        """Illuminance straight from the luminaires [lx]."""
+        return float(self.direct @ self.bands.luminous)
+
+    @property
+    def indirect_lx(self) -> float:
+        """Illuminance by way of the surfaces [lx]."""
+        return float(self.indirect @ self.bands.luminous)
+
+    @property
+    def total_lx(self) -> float:
+        """Illuminance [lx]."""
+        return self.direct_lx + self.indirect_lx
