@@ -84,7 +84,8 @@ def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray,
     if conserving:
         corners = corners - mesh.weights(patch, *mesh.middle_st[patch].T)
     indirect = _gathered(weight[:, None] * corners, row, mesh.patches[patch], (n_rows, len(mesh.vertices)))
-    means = _gathered(weight[:, None] * conserving, row, patch[:, None], (n_rows, len(mesh.patches)))
+    shape = (n_rows, len(mesh.patches))
+    means = _gathered(weight[:, None], row, patch[:, None], shape) if conserving else sparse.csr_array(shape)
     return Sensor(direct, indirect, means)
 
 
