@@ -18,7 +18,7 @@ from renderer.transport.mesh import build_mesh
 from renderer.transport.mounting import seated, stand_off
 from renderer.transport.parts import departures, half_samples, independent
 from renderer.transport.sampling import REPLICAS
-from renderer.transport.shafts import clusters, doubtful_pairs
+from renderer.transport.shafts import clusters, doubtful_pairs, may_be_hidden
 from renderer.transport.solve import radiosity
 from renderer.transport.transport import compute_transport
 from renderer.transport.visibility import Visibility
@@ -130,6 +130,32 @@ def test_the_operator_is_closed_reciprocal_positive_and_what_rays_say(room, obje
     # of 0.4 m at 1 to 4 m some (0.4/2)²/12 = 3e-3.
     areas = np.bincount(mesh.surface, exchange.areas)
     np.testing.assert_allclose(ours / areas[:, None], theirs / areas[:, None], atol=5e-3)
+
+
+@pytest.mark.parametrize("seed", range(1, 13, 2))
+def test_nothing_stands_between_a_meter_and_what_it_sees_whole(tmp_path, seed):
+    scene = random_scene(seed, tmp_path, crowded=True)
+    mesh = mesh_of(scene, 0.12 * scene.room.scale)
+    visibility, random = Visibility(mesh), np.random.default_rng(seed)
+    open_ = probed(mesh, visibility, (0,)).exposed
+    checked = 0
+    # Meters on patches, where they touch what may stand in the way of others, and off them.
+    for patch in random.choice(np.flatnonzero(open_ == 1), 12):
+        normal = mesh.normal[patch]
+        place = visibility.off(mesh.centroid[patch], normal) + random.choice([0, 0.05]) * mesh.scale * normal
+        away = mesh.centroid - place
+        seen = (away @ normal > 0) & ((away * mesh.normal).sum(axis=1) < 0)
+        plain = seen & ~may_be_hidden(place, normal, mesh.corners, mesh.obstacles, mesh.scale) & (open_ > 0)
+        # A meter inside an object, or a lamp, sees nothing whatever the boxes say.
+        if visibility.first_hit(place[None], normal[None])[0] < 0:
+            continue
+        which = np.repeat(np.flatnonzero(plain), 16)
+        to = mesh.spread(which, random.random((len(which), 1, 2)))
+        to = visibility.off(to, mesh.normal[which][:, None])[:, 0]
+        ahead = (to - place) @ normal > 0
+        assert visibility.clear(np.broadcast_to(place, to.shape), to)[ahead].all()
+        checked += ahead.sum()
+    assert checked > 100
 
 
 def test_half_samples_depart_by_what_the_whole_errs_by(room):

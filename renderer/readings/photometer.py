@@ -11,6 +11,7 @@ from renderer.transport.contour import HORIZON, polygon_factors
 from renderer.transport.direct import direct_at
 from renderer.transport.field import Sensor, direct_on, sense
 from renderer.transport.sampling import Nets
+from renderer.transport.shafts import may_be_hidden
 from renderer.transport.transport import Transport
 from renderer.transport.visibility import STAND_OFF
 
@@ -140,11 +141,17 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
 
 def _seen_share(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Share of each element that a meter sees past what stands between (parts, k)."""
+    mesh, visibility = transport.mesh, transport.visibility
+    share = np.ones((transport.parts, len(patch)))
+    world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
+    doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))
+    patch = patch[doubtful]
     square = Nets(SIGHT_RAYS, 2, (transport.seed, 6), transport.parts).draw(0, len(patch))
-    targets = _within(transport.mesh, patch, corners, square)
-    lifted = transport.visibility.off(targets, transport.mesh.normal[patch][:, None]).reshape(-1, 3)
-    clear = transport.visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
-    return clear.reshape(len(patch), transport.parts, SIGHT_RAYS).mean(axis=2).T
+    targets = _within(mesh, patch, corners[doubtful], square)
+    lifted = visibility.off(targets, mesh.normal[patch][:, None]).reshape(-1, 3)
+    clear = visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
+    share[:, doubtful] = clear.reshape(len(patch), transport.parts, SIGHT_RAYS).mean(axis=2).T
+    return share
 
 
 def _elements(transport: Transport, spot: Spot):

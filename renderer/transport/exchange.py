@@ -172,7 +172,8 @@ def reciprocity(between: np.ndarray, area: np.ndarray) -> tuple[float, tuple[int
 
 
 def balance(matrix, areas: np.ndarray) -> tuple:
-    """Scale a symmetric matrix from both sides so that its rows sum to `areas`: that, and the scale (n,).
+    """Scale a symmetric matrix from both sides so that its rows sum to `areas`: that, and the scale (n,). A
+    dense one is itself changed.
 
     Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by
     s_i d_i + Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013).
@@ -199,11 +200,11 @@ def balance(matrix, areas: np.ndarray) -> tuple:
         scale[live] = np.clip(scale[live], 0.1, 10)  # past that no scaling would help
     if isinstance(matrix, Counted):
         return matrix.closed(areas, scale), scale
-    matrix = matrix * scale[:, None]
+    matrix *= scale[:, None]
     matrix *= scale
-    if worst[-1] < CLOSED:
-        return matrix, scale
-    sums = matrix.sum(axis=1)
-    share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
-    lowered = matrix * np.minimum(share[:, None], share)
-    return lowered + np.diag(areas - lowered.sum(axis=1)), scale
+    if worst[-1] >= CLOSED:
+        sums = matrix.sum(axis=1)
+        share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
+        matrix *= np.minimum(share[:, None], share)
+        matrix[np.diag_indices(len(areas))] += areas - matrix.sum(axis=1)
+    return matrix, scale

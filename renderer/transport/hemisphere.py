@@ -137,8 +137,8 @@ def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
     given, between = tallied(mesh, hits, areas, open_.lost)
     error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
     if better_dense(n, 2 * hits.size):
-        half = given.toarray()
-        matrix = half + half.T
+        matrix = given.toarray()
+        matrix += matrix.T  # numpy keeps a copy of what overlaps
     else:
         matrix = Counted(given, given.T.tocsr(), np.zeros(n))
     leak = float(open_.lost.max())

@@ -142,3 +142,32 @@ def _each(groups: Clusters, first: np.ndarray, second: np.ndarray) -> np.ndarray
     other = groups.patches[groups.starts[second[pair]] + column]
     once = (first[pair] != second[pair]) | (one < other)
     return np.stack([one[once], other[once]]).astype(np.int32)
+
+
+def may_be_hidden(place: np.ndarray, normal: np.ndarray, corners: np.ndarray, boxes: np.ndarray,
+                  scale: float) -> np.ndarray:
+    """Whether some box (m, 8, 3) reaches between a place (3,) that looks along a unit normal and each polygon
+    (k, c, 3), (k,).
+
+    The hull of place and polygon, the polygon in a box along the room's axes, lies at a share t of the way
+    within t times that box: False where no t from 0 to 1 has both in reach on all three axes.
+    """
+    slack = SLACK * scale
+    low, high = corners.min(axis=1) - place, corners.max(axis=1) - place
+    found = np.zeros(len(corners), dtype=bool)
+    for box in boxes:
+        box = box - place
+        if (box @ normal <= slack).all():
+            continue
+        k = np.flatnonzero(~found)
+        first, last = np.zeros(len(k)), np.ones(len(k))
+        for axis in range(3):
+            for reach, least in ((high[k, axis], box[:, axis].min() - slack),
+                                 (-low[k, axis], -box[:, axis].max() - slack)):
+                # t · reach ≥ least
+                t = least / np.where(reach == 0, 1.0, reach)
+                np.maximum(first, t, out=first, where=reach > 0)
+                np.minimum(last, t, out=last, where=reach < 0)
+                last[(reach == 0) & (least > 0)] = -1.0
+        found[k[first <= last]] = True
+    return found
