@@ -18,11 +18,13 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
 
+import renderer  # before numpy, as in performance.py
+
+# isort: split
 import numpy as np
 from performance import timed
 from scipy.ndimage import binary_dilation
 
-import renderer
 from renderer.pictures.camera import look, pinhole
 from renderer.solution import solve
 from renderer.studies.peers import mitsuba3, radiance

@@ -23,7 +23,7 @@ def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | Non
         spots = [(p.position, p.normal, p.name) for p in scene.photometers]
 
     def read(solution: Solution):
-        readings = [solution.photometer(*spot) for spot in spots]
+        readings = solution.read_at(spots)
         return readings, [reading.figure for reading in readings]
 
     return solve_until(scene, read, bands, accuracy, seed, rooms, progress)[:2]

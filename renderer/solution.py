@@ -21,6 +21,7 @@ from renderer.transport.exchange import Exchange
 from renderer.transport.hemisphere import Rows
 from renderer.transport.patches import Mesh
 from renderer.transport.solve import radiosity
+from renderer.transport.threads import in_threads
 from renderer.transport.transport import Transport, compute, compute_transport
 
 Progress = Callable[[str], None]
@@ -160,7 +161,19 @@ class Solution:
 
     def photometers(self) -> list[Reading]:
         """Read the scene's own photometers."""
-        return [self.photometer(p.position, p.normal, p.name) for p in self.scene.photometers]
+        return self.read_at([(p.position, p.normal, p.name) for p in self.scene.photometers])
+
+    def read_at(self, spots: list[tuple]) -> list[Reading]:
+        """Read a meter at each (position, normal, name), on every core. Raises InputError."""
+        readings = [self.photometer(*spot) for spot in spots[:1]]  # makes what all share
+        readings += [None] * (len(spots) - 1)
+
+        def work(start: int, stop: int) -> None:
+            for k in range(start + 1, stop + 1):
+                readings[k] = self.photometer(*spots[k])
+
+        in_threads(work, len(spots) - 1, 1)
+        return readings
 
     def luminance(self, position, direction) -> float:
         """Luminance [cd/m²] that an eye at a point (3,) [m] sees along a direction (3,).

@@ -8,7 +8,8 @@ from conftest import PANEL
 
 import renderer
 from renderer.pictures.camera import look
-from renderer.readings.luminance import cone
+from renderer.readings.luminance import cone, luminance_meter
+from renderer.readings.photometer import make_meter
 from renderer.studies.spots import spots_of
 from renderer.survey import mean_luminance, surface_luminances
 
@@ -25,6 +26,15 @@ def test_a_cone_fills_its_solid_angle_evenly():
         assert tilt.max() <= half * (1 + 1e-9)
         # Even in 1 − cos: mean at half of its largest; 4,096 points of a net err by far less than 1 %.
         assert (2 * np.sin(tilt / 2) ** 2).mean() == pytest.approx(np.sin(half / 2) ** 2, rel=0.01)
+
+
+def test_only_meters_take_the_patches_means(room):
+    # Between these, vertices show as in pictures, and so have all rays; a meter's need fewer.
+    crate = {"shape": "box", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
+    transport = renderer.solve(room(0.5, objects=[crate]), "rgb", accuracy=0.1).transport
+    here, up = np.array([0.5, 0.5, 1.0]), np.array([0, 0, 1.0])
+    assert make_meter(transport, here, up, "meter").sensors[0].about_means
+    assert not luminance_meter(transport, here, up[None, None], "eye").sensors[0].about_means
 
 
 def test_a_lamp_that_fills_part_of_the_cone(room):

@@ -44,7 +44,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     warn_before(loaded, solving.accuracy)
 
     def read(solution):
-        readings = [solution.photometer(*spot) for spot in spots]
+        readings = solution.read_at(spots)
         areas = [read_grid(solution, grid) for grid in grids]
         return (readings, areas), [*(r.figure for r in readings), *(f for a in areas for f in a.figures)]
 
