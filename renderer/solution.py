@@ -15,7 +15,7 @@ from renderer.readings.luminance import luminance_meter
 from renderer.readings.photometer import Meter, make_meter
 from renderer.readings.reading import Reading
 from renderer.readings.reconstruction import reconstructed
-from renderer.readings.uncertainty import half_widths
+from renderer.readings.uncertainty import band_error, half_widths
 from renderer.scene.reading import Scene
 from renderer.transport.exchange import Exchange
 from renderer.transport.hemisphere import Rows
@@ -238,7 +238,7 @@ class Solution:
                                      np.array([sample.read_lx(at(sample)) for sample in samples]),
                                      other.plan.patch_size / self.plan.patch_size, self.quadrature)
         these, narrow = (solution.read_lx(at(solution)).sum() for solution in self.by_bands)
-        return mesh, sampling, float(abs(these - narrow))
+        return mesh, sampling, band_error(float(these), float(narrow))
 
     @cached_property
     def by_bands(self) -> tuple["Solution", "Solution"]:

@@ -6,7 +6,7 @@ from renderer.readings.glare import Glare, rate
 from renderer.readings.grid import GridReading, readable, summarise
 from renderer.readings.luminance import luminance_meter
 from renderer.readings.photometer import make_meter
-from renderer.readings.uncertainty import Figure, half_widths
+from renderer.readings.uncertainty import Figure, band_error, half_widths
 from renderer.scene.grids import Grid
 from renderer.solution import Solution, placed
 from renderer.transport.threads import in_threads
@@ -32,8 +32,9 @@ def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading
     work(0, 1)  # makes what all points share
     in_threads(lambda start, stop: work(start + 1, stop + 1), len(points) - 1, 1)
     own, first, *parts, last, these, narrow = np.array(rows).swapaxes(0, 1)
+    means = (float(each.sum(axis=1).mean()) for each in (these, narrow))
     return summarise(grid, read, own, first, last, np.array(parts).reshape(-1, *own.shape), _ratio(solution),
-                     solution.quadrature, float(abs((these - narrow).sum(axis=1).mean())))
+                     solution.quadrature, band_error(*means))
 
 
 def _where(solution: Solution, grid: Grid) -> str:

@@ -12,6 +12,10 @@ STUDENT = float(stdtrit(REPLICAS - 1, 0.975))
 ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
 
+SOLVED = 1e-9
+"""Share of a reading that the solver's tolerance and rounding may move it by, about, unless hardly anything
+absorbs."""
+
 
 @dataclass(frozen=True)
 class Figure:
@@ -27,6 +31,11 @@ class Figure:
     def uncertainty(self) -> float:
         """95 % half-width: mesh and sampling together."""
         return float(np.hypot(self.mesh_error, self.sampling_error))
+
+
+def band_error(these: float, narrow: float) -> float:
+    """How far a reading [lx] in some bands is from that in narrow ones; 0 where rounding tells them apart."""
+    return abs(these - narrow) if abs(these - narrow) > SOLVED * abs(narrow) else 0.0
 
 
 def half_widths(fine: np.ndarray, other: np.ndarray, samples: np.ndarray,
