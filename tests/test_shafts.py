@@ -11,6 +11,7 @@ from scipy.stats import chi2
 import renderer
 from renderer.scene.reading import load
 from renderer.transport import form_factors
+from renderer.transport.direct import may_be_shadowed, spread
 from renderer.transport.exchange import balance
 from renderer.transport.form_factors import contour_exchange, look_across
 from renderer.transport.hemisphere import cast, count, probed
@@ -155,6 +156,30 @@ def test_nothing_stands_between_a_meter_and_what_it_sees_whole(tmp_path, seed):
         ahead = (to - place) @ normal > 0
         assert visibility.clear(np.broadcast_to(place, to.shape), to)[ahead].all()
         checked += ahead.sum()
+    assert checked > 100
+
+
+@pytest.mark.parametrize("seed", range(1, 13, 2))
+def test_nothing_stands_between_a_lamp_and_what_it_is_said_to_light_whole(tmp_path, seed):
+    scene = random_scene(seed, tmp_path, crowded=True)
+    mesh = mesh_of(scene, 0.12 * scene.room.scale)
+    visibility, random = Visibility(mesh), np.random.default_rng(seed)
+    open_ = np.flatnonzero(probed(mesh, visibility, (0,)).exposed == 1)
+    points, normals = mesh.spread(open_, random.random((len(open_), 16, 2))), mesh.normal[open_][:, None]
+    points, normals = points.reshape(-1, 3), np.repeat(normals, 16, axis=1).reshape(-1, 3)
+    outside = visibility.first_hit(visibility.off(points, normals), normals) >= 0
+    checked = 0
+    for luminaire in (seated(scene, stand_off(scene, lum)) for lum in scene.luminaires):
+        plain = outside & ~may_be_shadowed(points, normals, luminaire, mesh.obstacles)
+        to = np.broadcast_to(luminaire.center, points[plain].shape)
+        if luminaire.outline is not None:
+            to = spread(luminaire, random.random((len(to), 2)))
+        start = visibility.off(points[plain], normals[plain])
+        lit = ((to - start) * normals[plain]).sum(axis=1) > 0
+        if luminaire.forward_only:
+            lit &= (start - to) @ luminaire.normal > 0
+        assert visibility.clear(start, to)[lit].all()
+        checked += lit.sum()
     assert checked > 100
 
 

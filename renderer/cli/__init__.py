@@ -1,5 +1,7 @@
 """The command line: arguments and messages only."""
 
+import atexit
+import gc
 import signal
 import sys
 import warnings
@@ -9,6 +11,9 @@ from cyclopts import App, CycloptsError
 from renderer.cli import luminaires, planning, readings, rooms, studies, sweeping, viewing
 from renderer.cli.terminal import interrupt, leave, say
 from renderer.errors import CacheWarning, DisplayError, InputError, SolveError
+
+COLLECT = 100_000
+"""Objects made before the garbage collector looks for cycles: imports make as many and no cycles."""
 
 app = App(name="renderer", help="Does it matter that lighting software models colour as RGB? "
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
@@ -24,6 +29,8 @@ app.command(planning.cache)
 
 def main() -> None:
     """Run the command line; every refusal is one line on stderr."""
+    gc.set_threshold(COLLECT)
+    atexit.register(gc.freeze)  # the process ends: nothing is worth looking for any more
     signal.signal(signal.SIGINT, interrupt)
     shown = warnings.showwarning
     warnings.showwarning = lambda message, category, *rest, **more: (

@@ -4,6 +4,7 @@ A. Fichet, R. Pacanowski, A. Wilkie, "An OpenEXR Layout for Spectral Images", JC
 channels S0.<wavelength>nm with a comma for the point, spectralLayoutVersion and emissiveUnits.
 """
 
+from os import cpu_count
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,7 @@ def save_spectral(radiance: np.ndarray, bands: BandSet, path: Path) -> Path:
 def _save(channels: dict[str, np.ndarray], header: dict, path: Path) -> Path:
     import OpenEXR
 
+    OpenEXR.set_global_thread_count(cpu_count())
     pixels = {name: np.ascontiguousarray(plane, dtype=np.float32)
               for name, plane in channels.items()}
     header = {"compression": OpenEXR.ZIPS_COMPRESSION, "type": OpenEXR.scanlineimage, **header}

@@ -8,6 +8,7 @@ from renderer.transport.exchange import Exchange
 from renderer.transport.openings import measured_flux, through_opening
 from renderer.transport.patches import Mesh
 from renderer.transport.sampling import REPLICAS, Nets
+from renderer.transport.shafts import SLACK, reaches
 from renderer.transport.threads import CHUNK, in_threads
 from renderer.transport.visibility import Visibility
 
@@ -17,6 +18,10 @@ so many independent parts."""
 FAR = 1 / 64
 """A patch whose diagonal is below this share of its distance to a luminaire has its light from its
 middle: light that falls as 1/d² over that distance has a mean within 6/24 · (1/64)² of it, 6e-5."""
+CACHED = 1 << 13
+"""Rays to a luminaire worked on at once: what stays in the cache."""
+TOGETHER = 32
+"""Points in a row that are first looked at as one."""
 SHADOW_RAYS = 64
 """Rays from a point to a luminaire with area: its penumbra in 64 steps, jittered."""
 
@@ -52,71 +57,86 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
         return np.broadcast_to(clear.astype(float), (parts, len(points)))
     nets = Nets(rays, 2, seed, parts)
     share = np.empty((parts, len(points)))
-    step = max(1, CHUNK // (rays * parts))
 
     def work(start: int, stop: int) -> None:
-        origins = points[start:stop, None]
-        targets = spread(luminaire, nets.draw(start, stop))
-        reach = targets - origins
-        distance2 = np.maximum(np.einsum("kri,kri->kr", reach, reach), 1e-300)
-        toward = luminaire.intensity(-reach / np.sqrt(distance2)[..., None])
-        weight = (np.clip(np.einsum("kri,ki->kr", reach, normals[start:stop]), 0, None)
-                  * toward / distance2**1.5)
-        needed = weight > 0
-        free = np.zeros(weight.shape)
-        free[needed] = visibility.clear(np.broadcast_to(origins, targets.shape)[needed],
-                                        targets[needed])
-        past, total = ((w.reshape(-1, parts, rays).sum(axis=2)).T for w in (weight * free, weight))
-        share[:, start:stop] = past / np.where(total > 0, total, 1.0)
+        square = nets.draw(start, stop)
+        few = max(1, CACHED // (rays * parts))
+        for first in range(start, stop, few):
+            part = slice(first, min(first + few, stop))
+            targets = spread(luminaire, square[part.start - start:part.stop - start])
+            weight = _worth(points[part], normals[part], luminaire, targets)
+            past = weight * visibility.clear(points[part, None], targets)
+            past, total = (w.reshape(-1, parts, rays).sum(axis=2).T for w in (past, weight))
+            share[:, part] = past / np.where(total > 0, total, 1.0)
 
-    in_threads(work, len(points), step)
+    in_threads(work, len(points), max(1, CHUNK // (rays * parts)))
     return share
+
+
+def _worth(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire, targets: np.ndarray) -> np.ndarray:
+    """What light from places (k, n, 3) all over a luminaire brings to points (k, 3), but for a factor."""
+    reach = [targets[..., k] - points[:, k, None] for k in range(3)]
+    distance2 = sum(x * x for x in reach)
+    np.maximum(distance2, 1e-150, out=distance2)  # its square is no 0
+    incidence = sum(x * normals[:, k, None] for k, x in enumerate(reach))
+    np.maximum(incidence, 0, out=incidence)
+    if luminaire.lambertian:
+        toward = sum(x * -n for x, n in zip(reach, luminaire.normal, strict=True) if n)
+        incidence *= np.maximum(toward, 0, out=toward)
+        return incidence / (distance2 * distance2)
+    distance = np.sqrt(distance2)
+    incidence *= luminaire.intensity(-np.stack(reach, axis=-1) / distance[..., None])
+    return incidence / (distance2 * distance)
 
 
 def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
                     boxes: np.ndarray) -> np.ndarray:
-    """Whether some box (m, 8, 3) reaches between each point and the luminaire (k,).
-
-    True unless a plane separates every box from the shaft between them (Haines and Wallace, Shaft
-    Culling, 1994): an axis plane, the point's own tangent plane, or one through the point and an
-    edge of the luminaire. Where it is False no shadow ray is needed.
-    """
+    """Whether some box (m, 8, 3) reaches between each point, on the front of its own tangent plane, and the
+    luminaire (k,), each in a box along the room's axes. Where it is False no shadow ray is needed."""
     outline = luminaire.center[None] if luminaire.outline is None else luminaire.outline
-    edges = list(zip(outline, np.roll(outline, -1, axis=0), strict=True))
-    shadowed = np.empty(len(points), dtype=bool)
+    lamp = np.array([outline.min(axis=0), outline.max(axis=0)])
+    boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)], axis=1)
     # A sheet does not stand in the way of its own light.
-    own = (boxes.min(axis=1) == outline.min(axis=0)) & (boxes.max(axis=1) == outline.max(axis=0))
-    boxes = boxes[~own.all(axis=1)]
+    boxes = boxes[~(boxes == lamp).all(axis=(1, 2))]
+    shadowed = np.zeros(len(points), dtype=bool)
 
     def work(start: int, stop: int) -> None:
-        p, n = points[start:stop], normals[start:stop]
-        low, high = np.minimum(p, outline.min(axis=0)), np.maximum(p, outline.max(axis=0))
-        slack = 1e-9 * (high - low).max(axis=1, initial=0.0)[:, None]
-        found = np.zeros(len(p), dtype=bool)
-        planes, limits = [n], [slack[:, 0]]
-        for a, b in edges if len(edges) == 4 else ():  # a disc's many edges cost too much
-            plane = np.cross(a - p, b - p)
-            side = ((luminaire.center - p) * plane).sum(axis=1)
-            planes.append(plane * np.sign(side)[:, None])
-            limits.append(np.where(side != 0, slack[:, 0] * np.linalg.norm(plane, axis=1), -np.inf))
-        planes, limits = np.stack(planes, axis=1), np.stack(limits, axis=1)
-        limits += (p[:, None] * planes).sum(axis=2)
-        for box in boxes:
-            near = ((box.max(axis=0) >= low - slack) & (box.min(axis=0) <= high + slack)).all(axis=1)
-            k = np.flatnonzero(near & ~found)
-            reach = (planes[k].reshape(-1, 3) @ box.T).max(axis=1).reshape(limits[k].shape)
-            found[k[(reach > limits[k]).all(axis=1)]] = True
-        shadowed[start:stop] = found
+        p, n = points[start:stop].T, normals[start:stop].T
+        front = (p * n).sum(axis=0)
+        # Of points one after the other most have nothing near them, which all of them tell at once.
+        first = np.arange(0, stop - start, TOGETHER)
+        low, high = np.minimum.reduceat(p, first, axis=1), np.maximum.reduceat(p, first, axis=1)
+        facing = np.minimum.reduceat(n, first, axis=1)
+        alike = (facing == np.maximum.reduceat(n, first, axis=1)).all(axis=0)
+        least = np.where(alike, np.minimum.reduceat(front, first), -np.inf)
+        doubtful = _in_the_way(low, high, facing, least, lamp, boxes)
+        k = np.flatnonzero(np.repeat(doubtful, TOGETHER)[:stop - start])
+        shadowed[start + k] = _in_the_way(p[:, k], p[:, k], n[:, k], front[k], lamp, boxes)
 
-    in_threads(work, len(points), 1 << 13)
+    in_threads(work, len(points), CACHED)
     return shadowed
+
+
+def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np.ndarray, lamp: np.ndarray,
+                boxes: np.ndarray) -> np.ndarray:
+    """Whether some box (m, 2, 3) reaches between a lamp's (2, 3) and each one from low to high (3, k), in
+    front of what faces along a normal (3, k), `front` (k,) along it."""
+    to_low, to_high = lamp[0][:, None] - low, lamp[1][:, None] - high
+    slack = SLACK * np.maximum(-to_low, to_high).max(axis=0, initial=0.0)
+    found = np.zeros(len(slack), dtype=bool)
+    for least, most in boxes[..., None]:
+        ahead = (np.where(normal > 0, most, least) * normal).sum(axis=0) > front + slack
+        k = np.flatnonzero(ahead & ~found)
+        found[k] = reaches(to_low[:, k], to_high[:, k], least - high[:, k] - slack[k],
+                           most - low[:, k] + slack[k])
+    return found
 
 
 def spread(luminaire: Luminaire, square: np.ndarray) -> np.ndarray:
     """Points all over a luminaire's face (…, 3) [m], from points of the unit square (…, 2)."""
     if luminaire.rectangle is not None:
-        r = luminaire.rectangle
-        return r.corner + square[..., :1] * r.u + square[..., 1:] * r.v
+        r, s, t = luminaire.rectangle, square[..., 0], square[..., 1]
+        return np.stack([c + s * u + t * v for c, u, v in zip(r.corner, r.u, r.v, strict=True)], axis=-1)
     spokes = luminaire.outline - luminaire.center
     turn = square[..., 1] * len(spokes)
     sector = np.minimum(turn.astype(int), len(spokes) - 1)

@@ -147,27 +147,33 @@ def _each(groups: Clusters, first: np.ndarray, second: np.ndarray) -> np.ndarray
 def may_be_hidden(place: np.ndarray, normal: np.ndarray, corners: np.ndarray, boxes: np.ndarray,
                   scale: float) -> np.ndarray:
     """Whether some box (m, 8, 3) reaches between a place (3,) that looks along a unit normal and each polygon
-    (k, c, 3), (k,).
-
-    The hull of place and polygon, the polygon in a box along the room's axes, lies at a share t of the way
-    within t times that box: False where no t from 0 to 1 has both in reach on all three axes.
-    """
+    (k, c, 3), (k,)."""
     slack = SLACK * scale
-    low, high = corners.min(axis=1) - place, corners.max(axis=1) - place
+    low, high = ((bound - place).T for bound in (corners.min(axis=1), corners.max(axis=1)))
     found = np.zeros(len(corners), dtype=bool)
     for box in boxes:
         box = box - place
-        if (box @ normal <= slack).all():
-            continue
-        k = np.flatnonzero(~found)
-        first, last = np.zeros(len(k)), np.ones(len(k))
-        for axis in range(3):
-            for reach, least in ((high[k, axis], box[:, axis].min() - slack),
-                                 (-low[k, axis], -box[:, axis].max() - slack)):
-                # t · reach ≥ least
-                t = least / np.where(reach == 0, 1.0, reach)
-                np.maximum(first, t, out=first, where=reach > 0)
-                np.minimum(last, t, out=last, where=reach < 0)
-                last[(reach == 0) & (least > 0)] = -1.0
-        found[k[first <= last]] = True
+        if (box @ normal > slack).any():
+            k = np.flatnonzero(~found)
+            found[k] = reaches(low[:, k], high[:, k], box.min(axis=0) - slack, box.max(axis=0) + slack)
     return found
+
+
+def reaches(low: np.ndarray, high: np.ndarray, least: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """Whether boxes may stand between places and others, each in a box along the room's axes (k,).
+
+    low, high : (3, k) from the places' lowest and highest corner to the others'; least : (3,), (3, 1) or
+    (3, k) from the places' highest corner to the lowest of what may stand between; most : from their lowest
+    to its highest. At a share t of the way the hull of both is a box whose sides are linear in t: False where
+    no t from 0 to 1 has it meet the other on all three axes.
+    """
+    first, last = 0.0, 1.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for axis in range(3):
+            for reach, bound in ((high[axis], least[axis]), (-low[axis], -most[axis])):
+                # t · reach ≥ bound; where reach is 0 the quotient is infinite, or 0/0, which says nothing.
+                t = bound / (reach + 0.0)
+                ahead = reach >= 0
+                first = np.fmax(first, np.where(ahead, t, -np.inf))
+                last = np.fmin(last, np.where(ahead, np.inf, t))
+    return first <= last

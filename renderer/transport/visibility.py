@@ -129,20 +129,24 @@ class Visibility:
         return patch
 
     def clear(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """Whether nothing stands between points off their surface and their targets (k,)."""
-        n = len(origins)
-        free = np.empty(n, dtype=bool)
+        """Whether nothing stands between points off their surface (k, …, 3) and their targets (k, …)."""
+        shape = np.broadcast_shapes(origins.shape, targets.shape)[:-1]
+        free = np.empty(shape, dtype=bool)
 
         def work(start: int, stop: int) -> None:
+            part = free[start:stop]
             a, b = self._cast(origins[start:stop]), self._cast(targets[start:stop])
-            length = np.linalg.norm(b - a, axis=1)
-            short = np.clip(1 - 2 * STAND_OFF / np.maximum(length, 1e-30), 0, None)
-            d = (b - a) * short[:, None].astype(np.float32)
-            reach = np.ones(stop - start, dtype=np.float32)
-            free[start:stop] = self._scene.run(a, d, reach, query="OCCLUDED") != 0
+            d = b - a
+            length = np.sqrt(np.einsum("...i,...i->...", d, d))
+            short = np.maximum(1 - 2 * STAND_OFF / np.maximum(length, 1e-30), 0)
+            d *= short[..., None]
+            a = np.ascontiguousarray(np.broadcast_to(a, d.shape)).reshape(-1, 3)
+            reach = np.ones(part.size, dtype=np.float32)
+            found = self._scene.run(a, d.reshape(-1, 3), reach, query="OCCLUDED") != 0
+            part[...] = found.reshape(part.shape)
 
-        in_threads(work, n)
-        self._count(n)
+        in_threads(work, len(free), max(1, CHUNK * len(free) // max(1, free.size)))
+        self._count(free.size)
         return free
 
     def off(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
