@@ -12,7 +12,11 @@ import numpy as np
 from scipy import sparse
 
 from renderer.transport.direct import SHADOW_RAYS, direct_at
+from renderer.transport.threads import in_threads
 from renderer.transport.transport import Transport
+
+SEEN = 1 << 14
+"""Rays from an eye followed at once."""
 
 
 @dataclass(frozen=True)
@@ -96,14 +100,20 @@ def _gathered(values: np.ndarray, row: np.ndarray, columns: np.ndarray, shape) -
 
 def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
     """What an eye (3,) sees along directions (k, 3): patch (k,) or a negative number, and (s, t)."""
-    mesh = transport.mesh
-    patch = transport.eye.first_hit(np.broadcast_to(eye, directions.shape), directions)
-    found = np.maximum(patch, 0)
-    normal = mesh.normal[found]
-    slope = np.einsum("ki,ki->k", directions, normal)
-    height = np.einsum("ki,ki->k", mesh.corners[found, 0] - eye, normal)
-    reach = height / np.where(slope == 0, 1.0, slope)
-    s, t = mesh.inside(found, eye + reach[:, None] * directions)
+    mesh, n = transport.mesh, len(directions)
+    patch, s, t = np.empty(n, dtype=np.int64), np.empty(n), np.empty(n)
+
+    def work(start: int, stop: int) -> None:
+        part, toward = slice(start, stop), directions[start:stop]
+        patch[part] = transport.eye.first_hit(np.broadcast_to(eye, toward.shape), toward)
+        found = np.maximum(patch[part], 0)
+        normal = mesh.normal[found]
+        slope = np.einsum("ki,ki->k", toward, normal)
+        height = np.einsum("ki,ki->k", mesh.corners[found, 0] - eye, normal)
+        reach = height / np.where(slope == 0, 1.0, slope)
+        s[part], t[part] = mesh.inside(found, eye + reach[:, None] * toward)
+
+    in_threads(work, n, SEEN)
     return patch, np.clip(s, 0, 1), np.clip(t, 0, 1)
 
 
