@@ -1,4 +1,4 @@
-"""Between which patches something may stand, told from boxes before any ray is cast.
+"""Between what, patches, meters or lamps, something may stand, told from boxes before any ray is cast.
 
 Patches are gathered in small flat clusters. The shaft between two clusters, the convex hull of both, is
 clear of an object if a plane parts it from the object's box (Haines and Wallace, Shaft Culling, 1994).
