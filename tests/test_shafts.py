@@ -106,7 +106,7 @@ def test_clusters_are_whole_and_small(room):
     assert np.diff(groups.starts).max() <= 8
     # Each patch is in its cluster's box: extents along any direction hold all its corners.
     axis = np.random.default_rng(0).normal(size=3)
-    low, high = groups.extent(np.arange(len(groups.flat)), np.tile(axis, (len(groups.flat), 1)))
+    low, high = (ends[0] for ends in groups.along(axis[None]))
     own = np.repeat(np.arange(len(groups.flat)), np.diff(groups.starts))
     reach = mesh.corners[groups.patches] @ axis
     assert (reach.min(axis=1) >= low[own] - 1e-12).all()

@@ -10,12 +10,14 @@ from renderer.transport.hemisphere import PROBE_RAYS, Openness, probed
 from renderer.transport.patches import Mesh
 from renderer.transport.sampling import Nets
 from renderer.transport.shafts import doubtful_pairs
-from renderer.transport.threads import CHUNK, in_threads
+from renderer.transport.threads import in_threads
 from renderer.transport.visibility import Visibility
 
 NEAR = 2.0
 """Pairs nearer than this many times the longer one's diagonal are integrated over both patches; farther
 ones from middle to patch (docs/decisions.md)."""
+AT_ONCE = 1 << 15
+"""Rays between pairs worked on at once: what stays in the cache."""
 STRIP = 64
 """Rows of a matrix worked on at once."""
 MOST_PATCHES = 4000
@@ -87,22 +89,27 @@ def look_across(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, 
     seen, apart = np.empty(count), np.empty(count)
 
     def look(start: int, stop: int) -> None:
-        square = nets.draw(start, stop)
-        first, second = pairs[:, start:stop]
-        origins = visibility.off(mesh.spread(first, square[..., :2]), mesh.normal[first][:, None])
-        targets = mesh.spread(second, square[..., 2:])
-        free = visibility.clear(origins.reshape(-1, 3), targets.reshape(-1, 3)).reshape(-1, 2, half)
-        reach = targets - origins
-        worth = (np.einsum("kri,ki->kr", reach, mesh.normal[first]).clip(0)
-                 * np.einsum("kri,ki->kr", -reach, mesh.normal[second]).clip(0)
-                 / np.maximum(np.einsum("kri,kri->kr", reach, reach), 1e-300) ** 2).reshape(free.shape)
-        through, total = (worth * free).sum(axis=2), worth.sum(axis=2)
+        square = nets.draw(start, stop).reshape(-1, 4)
+        first, second = (np.repeat(side, 2 * half) for side in pairs[:, start:stop])
+        origins = visibility.off(mesh.spread(first, square[:, :2]), mesh.normal[first])
+        targets = mesh.spread(second, square[:, 2:])
+        worth = _worth(origins, mesh.normal[first], targets, mesh.normal[second])
+        through = (worth * visibility.clear(origins, targets)).reshape(-1, 2, half).sum(axis=2)
+        total = worth.reshape(-1, 2, half).sum(axis=2)
         seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), 1e-300)
         through /= np.maximum(total, 1e-300)
         apart[start:stop] = (through[:, 0] - through[:, 1]) / 2
 
-    in_threads(look, count, max(1, CHUNK // (2 * half)))
+    in_threads(look, count, max(1, AT_ONCE // (2 * half)))
     return Sight(open_, pairs, seen, apart)
+
+
+def _worth(origins: np.ndarray, normals: np.ndarray, targets: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """What rays between places (k, 3) with these normals (k, 3) would exchange (k,), but for a factor."""
+    reach = [b - a for a, b in zip(origins.T, targets.T, strict=True)]
+    ahead, back = (sum(x * n for x, n in zip(reach, side.T, strict=True)) for side in (normals, theirs))
+    distance2 = np.maximum(sum(x * x for x in reach), 1e-150)  # its square is no 0
+    return np.maximum(ahead, 0) * np.maximum(-back, 0) / (distance2 * distance2)
 
 
 def contour_exchange(mesh: Mesh, sight: Sight | None = None) -> tuple[Exchange, np.ndarray]:
@@ -127,10 +134,10 @@ def contour_exchange(mesh: Mesh, sight: Sight | None = None) -> tuple[Exchange, 
             factors[one, other] *= sight.seen
             matrix[one, other] *= sight.seen
     live = areas > 0
-    closure = np.abs(factors.sum(axis=1)[live] * mesh.area[live] / areas[live] - 1)
     member = np.eye(mesh.surface.max() + 1)[mesh.surface]
-    between = member.T @ (mesh.area[:, None] * (factors @ member))
-    error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
+    to_surfaces = mesh.area[:, None] * (factors @ member)
+    closure = np.abs(to_surfaces.sum(axis=1)[live] / areas[live] - 1)
+    error, pair = reciprocity(member.T @ to_surfaces, np.bincount(mesh.surface, areas))
     matrix, scale = balance(matrix, areas)
     whole *= scale[first] * scale[second]
     return Exchange(areas, matrix, float(closure.max(initial=0.0)), error, pair, leak, worst), whole
@@ -146,7 +153,9 @@ def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
 
     in_threads(add, len(factors), STRIP)
     first, second = _near_pairs(mesh)
-    whole = (matrix[first, second] > 0) & _before(mesh, first, second) & _before(mesh, second, first)
+    seen = matrix[first, second] > 0
+    first, second = first[seen], second[seen]
+    whole = _before(mesh, first, second) & _before(mesh, second, first)
     first, second = first[whole], second[whole]
     exact = exchange_areas(mesh.corners[first], mesh.corners[second])
     matrix[first, second] = matrix[second, first] = exact

@@ -100,13 +100,16 @@ class Mesh:
 
     def at(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Points corner + s u + t v of the patches (k, 3) [m]; s and t from 0 to 1."""
-        return (self.corners[patch, 0] + s[..., None] * self.u[patch] + t[..., None] * self.v[patch])
+        return np.stack([corner[patch] + s * u[patch] + t * v[patch]
+                         for corner, u, v in zip(self.corners[:, 0].T, self.u.T, self.v.T, strict=True)],
+                        axis=-1)
 
     def spread(self, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
-        """Points all over each patch (k, n, 3), evenly, from points of the unit square (k, n, 2)."""
+        """Points all over patches (k,), evenly, (k, …, 3) from points of the unit square (k, …, 2)."""
         s, t = square[..., 0], square[..., 1]
-        fold = self.triangular[patch][:, None] & (s + t > 1)
-        return self.at(patch[:, None], np.where(fold, 1 - s, s), np.where(fold, 1 - t, t))
+        patch = patch.reshape(-1, *[1] * (s.ndim - 1))
+        fold = self.triangular[patch] & (s + t > 1)
+        return self.at(patch, np.where(fold, 1 - s, s), np.where(fold, 1 - t, t))
 
     def inside(self, patch: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The (s, t) of points on the patches' planes."""

@@ -1,7 +1,7 @@
 """Between what, patches, meters or lamps, something may stand, told from boxes before any ray is cast.
 
 Patches are gathered in small flat clusters. The shaft between two clusters, the convex hull of both, is
-clear of an object if a plane parts it from the object's box (Haines and Wallace, Shaft Culling, 1994).
+clear of an object if it passes the object's box (Haines and Wallace, Shaft Culling, 1994).
 """
 
 from dataclasses import dataclass
@@ -36,11 +36,11 @@ class Clusters:
     half: np.ndarray
     flat: np.ndarray
 
-    def extent(self, cluster: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far clusters (k,) reach along axes (k, 3): from, to (k,) [m]."""
-        middle = np.einsum("ki,ki->k", self.middle[cluster], axis)
-        half = np.einsum("kai,ki->ka", self.axes[cluster], axis)
-        half = (np.abs(half) * self.half[cluster]).sum(axis=1)
+    def along(self, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """From where to where each cluster reaches along axes (k, 3): two of (k, n_clusters) [m]."""
+        half = sum(np.abs(axes @ own.T) * side for own, side in zip(self.axes.swapaxes(0, 1), self.half.T,
+                                                                    strict=True))
+        middle = axes @ self.middle.T
         return middle - half, middle + half
 
 
@@ -77,57 +77,45 @@ def doubtful_pairs(mesh: Mesh, patches: np.ndarray, partly: np.ndarray) -> np.nd
     patches : (m,) those that take part; partly : (n_patches,) which are covered in part, and so never in
     plain sight
     """
-    groups = clusters(mesh, patches)
-    first, second = np.triu_indices(len(groups.flat))
-    doubtful = np.empty(len(first), dtype=bool)
+    groups, slack = clusters(mesh, patches), SLACK * mesh.scale
+    first, second = np.nonzero(np.triu(_facing(groups, slack)))
     some = np.logical_or.reduceat(partly[groups.patches], groups.starts[:-1])
+    doubtful = some[first] | some[second]
+    asked = np.flatnonzero(~doubtful)
 
     def work(start: int, stop: int) -> None:
-        i, j = first[start:stop], second[start:stop]
-        facing = _facing(groups, i, j, SLACK * mesh.scale)
-        found = facing & (some[i] | some[j])
-        asked = np.flatnonzero(facing & ~found)
-        found[asked] = _hindered(groups, i[asked], j[asked], mesh.obstacles, SLACK * mesh.scale)
-        doubtful[start:stop] = found
+        part = asked[start:stop]
+        doubtful[part] = _hindered(groups, first[part], second[part], mesh.obstacles, slack)
 
-    in_threads(work, len(first), PAIRS)
+    in_threads(work, len(asked), PAIRS)
     return _each(groups, first[doubtful], second[doubtful])
 
 
-def _facing(groups: Clusters, first: np.ndarray, second: np.ndarray, slack: float) -> np.ndarray:
-    """Whether some of each cluster is before the other (k,)."""
-    facing = np.ones(len(first), dtype=bool)
-    for one, other in ((first, second), (second, first)):
-        normal = groups.axes[one, 2]
-        plane, reach = groups.extent(one, normal)[1], groups.extent(other, normal)[1]
-        facing &= (reach > plane + slack) | ~groups.flat[one]
-    return facing
+def _facing(groups: Clusters, slack: float) -> np.ndarray:
+    """Whether some of each cluster is before the other (n_clusters, n_clusters)."""
+    reach = groups.along(groups.axes[:, 2])[1]
+    before = (reach > np.diag(reach)[:, None] + slack) | ~groups.flat[:, None]
+    return before & before.T
 
 
 def _hindered(groups: Clusters, first: np.ndarray, second: np.ndarray, boxes: np.ndarray,
               slack: float) -> np.ndarray:
-    """Whether some box (m, 8, 3) reaches into the shaft between two clusters (k,): true unless a plane parts
-    every box from it, along the room's axes, a cluster's own, or the shaft's."""
-    along = groups.middle[second] - groups.middle[first]
-    room = np.eye(3)
-    axes = [np.broadcast_to(axis, along.shape) for axis in room]
-    axes += [groups.axes[first, 2], groups.axes[second, 2], *(np.cross(along, axis) for axis in room)]
-    axes = np.stack(axes, axis=1)
-    length = np.linalg.norm(axes, axis=2)
-    axes /= np.maximum(length, 1e-300)[..., None]
-    low, high = np.empty(axes.shape[:2]), np.empty(axes.shape[:2])
-    for k in range(axes.shape[1]):
-        (low1, high1), (low2, high2) = (groups.extent(one, axes[:, k]) for one in (first, second))
-        low[:, k], high[:, k] = np.minimum(low1, low2) + slack, np.maximum(high1, high2) - slack
-    low[length == 0], high[length == 0] = -np.inf, np.inf  # a shaft along an axis of the room
+    """Whether some box (m, 8, 3) reaches into the shaft between two clusters (k,), each cluster in a box
+    along that one's own edges."""
     found = np.zeros(len(first), dtype=bool)
-    for box in boxes[np.argsort(-np.ptp(boxes, axis=1).max(axis=1, initial=0.0))]:
-        # By its place in the room alone most boxes are told to be beside a shaft.
-        near = (box.max(axis=0) > low[:, :3]) & (box.min(axis=0) < high[:, :3])
-        left = np.flatnonzero(near.all(axis=1) & ~found)
-        reach = axes[left, 3:] @ box.T
-        parted = (reach.max(axis=2) <= low[left, 3:]) | (reach.min(axis=2) >= high[left, 3:])
-        found[left[~parted.any(axis=1)]] = True
+    frame = np.linalg.qr((boxes[:, [1, 2, 4]] - boxes[:, :1]).swapaxes(1, 2))[0].swapaxes(1, 2)
+    for box, axes in zip(boxes, frame, strict=True):
+        low, high = groups.along(axes)
+        reach = axes @ box.T
+        least, most = reach.min(axis=1)[:, None], reach.max(axis=1)[:, None]
+        # What only touches the shaft from outside, such as the wall that a cluster lies on, is beside it.
+        k = np.flatnonzero(~found)
+        a, b = first[k], second[k]
+        k = k[((np.maximum(high[:, a], high[:, b]) > least + slack)
+               & (np.minimum(low[:, a], low[:, b]) < most - slack)).all(axis=0)]
+        a, b = first[k], second[k]
+        found[k] = reaches(low[:, b] - low[:, a], high[:, b] - high[:, a],
+                           least - slack - high[:, a], most + slack - low[:, a])
     return found
 
 
