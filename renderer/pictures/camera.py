@@ -140,7 +140,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     patch, s, t = (np.concatenate([m[plain], e])
                    for m, e in zip((patch, s, t), extra, strict=True))
     weight = np.concatenate([np.ones(plain.sum()), weight[hit]])
-    sensor = sense(transport, n, row, patch, s, t, weight, light)
+    sensor = sense(transport, n, row, patch, s, t, weight[None], light[None])[0]
     away = np.concatenate([-camera.directions(x.ravel()[row[:plain.sum()]], y.ravel()[row[:plain.sum()]]),
                            -camera.directions(x_fine[hit], y_fine[hit]), away])
     row, weight = np.concatenate([row, lamp]), np.concatenate([weight, cover])

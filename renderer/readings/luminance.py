@@ -53,6 +53,6 @@ def luminance_meter(transport: Transport, position: np.ndarray, directions: np.n
         patch, s, t = (x[part] for x in seen)
         lamps.append(emitted(transport, 1, np.zeros(n, dtype=int), transport.mesh.surface[patch], weight,
                              -directions[k]).toarray()[0])
-        sensors.append(sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, s, t,
-                             weight, light[part]))
+        sensors += sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, s, t,
+                         weight[None], light[None, part])
     return Meter(np.array(lamps), tuple(sensors))

@@ -12,6 +12,7 @@ from renderer.transport.direct import direct_at
 from renderer.transport.field import Sensor, direct_on, sense
 from renderer.transport.sampling import Nets
 from renderer.transport.shafts import may_be_hidden
+from renderer.transport.threads import in_threads
 from renderer.transport.transport import Transport
 from renderer.transport.visibility import STAND_OFF
 
@@ -23,6 +24,8 @@ NEAR_LAMP = 0.5
 DEEPEST = 24
 READING_RAYS = 1024
 """Shadow rays from the meter itself to each luminaire, likewise."""
+AT_ONCE = 1 << 14
+"""Rays from the meter to elements worked on at once: what stays in the cache."""
 SIGHT_RAYS = 4
 """Rays from the meter to each element, in each independent part."""
 ELEMENT_RAYS = 4
@@ -133,9 +136,8 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     light = transport.direct_parts[:, patch]
     divided = np.flatnonzero(~whole)
     light[:, divided] = direct_on(transport, patch[divided], *middle[divided].T, 0, ELEMENT_RAYS, parts)
-    rows = transport.mesh.surface[patch]
-    sensors = [sense(transport, transport.n_surfaces, rows, patch, *middle.T, factors[k], light[k],
-                     conserving=True) for k in range(parts)]
+    sensors = sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *middle.T, factors,
+                    light, conserving=True)
     return Meter(direct, tuple(sensors))
 
 
@@ -145,18 +147,22 @@ def _seen_share(transport: Transport, spot: Spot, patch: np.ndarray, corners: np
     share = np.ones((transport.parts, len(patch)))
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))
-    patch = patch[doubtful]
-    square = Nets(SIGHT_RAYS, 2, (transport.seed, 6), transport.parts).draw(0, len(patch))
-    targets = _within(mesh, patch, corners[doubtful], square)
-    lifted = visibility.off(targets, mesh.normal[patch][:, None]).reshape(-1, 3)
-    clear = visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
-    share[:, doubtful] = clear.reshape(len(patch), transport.parts, SIGHT_RAYS).mean(axis=2).T
+    nets = Nets(SIGHT_RAYS, 2, (transport.seed, 6), transport.parts)
+
+    def look(start: int, stop: int) -> None:
+        part = doubtful[start:stop]
+        targets = _within(mesh, patch[part], corners[part], nets.draw(start, stop))
+        lifted = visibility.off(targets, mesh.normal[patch[part], None])
+        clear = visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
+        share[:, part] = clear.reshape(-1, transport.parts, SIGHT_RAYS).mean(axis=2).T
+
+    in_threads(look, len(doubtful), AT_ONCE // (transport.parts * SIGHT_RAYS))
     return share
 
 
 def _elements(transport: Transport, spot: Spot):
-    """Patches divided until none fills much of the view or lies near a lamp for its size: patch,
-    corners (k, 4, 2), factor, and whether it is a whole patch."""
+    """Patches divided until none fills much of the view or lies near a lamp for its size: patch, one after
+    the other, corners (k, 4, 2), factor, and whether it is a whole patch."""
     mesh = transport.mesh
     patch = np.flatnonzero((transport.exchange.areas > 0) & transport.reflecting)
     unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -176,7 +182,9 @@ def _elements(transport: Transport, spot: Spot):
             break
         corners = _quarters(corners[large], mesh.triangular[patch[large]])
         patch = np.repeat(patch[large], 4)
-    return tuple(np.concatenate(parts) for parts in zip(*done, strict=True))
+    found = [np.concatenate(parts) for parts in zip(*done, strict=True)]
+    order = np.argsort(found[0], kind="stable")
+    return tuple(each[order] for each in found)
 
 
 def _near_a_lamp(transport: Transport, patch: np.ndarray, world: np.ndarray) -> np.ndarray:
@@ -224,9 +232,8 @@ def _quarters(corners: np.ndarray, triangular: np.ndarray) -> np.ndarray:
 
 def _within(mesh, patch: np.ndarray, corners: np.ndarray, square: np.ndarray) -> np.ndarray:
     """Points of each element (k, n, 3) from points of the unit square (k, n, 2)."""
-    p, q = square[..., :1], square[..., 1:]
-    fold = mesh.triangular[patch][:, None, None] & (p + q > 1)
+    p, q = square[..., 0], square[..., 1]
+    fold = mesh.triangular[patch][:, None] & (p + q > 1)
     p, q = np.where(fold, 1 - p, p), np.where(fold, 1 - q, q)
-    a, b, d = corners[:, None, 0], corners[:, None, 1], corners[:, None, 3]
-    st = a + p * (b - a) + q * (d - a)
-    return mesh.at(patch[:, None], st[..., 0], st[..., 1])
+    s, t = (a[:, None] + p * (b - a)[:, None] + q * (d - a)[:, None] for a, b, _, d in corners.T)
+    return mesh.at(patch[:, None], s, t)

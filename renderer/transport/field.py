@@ -70,32 +70,38 @@ def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndar
 
 
 def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray,
-          t: np.ndarray, weight: np.ndarray, per_lumen: np.ndarray, conserving: bool = False) -> Sensor:
-    """The sensor that adds up `weight` × radiosity at points (s, t) on patches, by row.
+          t: np.ndarray, weight: np.ndarray, per_lumen: np.ndarray, conserving: bool = False) -> list[Sensor]:
+    """The sensors that add up `weight` × radiosity at points (s, t) on patches, by row: one for each of
+    `parts` samples of the weights.
 
-    row, patch, s, t, weight : (k,); per_lumen : (k, n_luminaires), from `direct_on`.
+    row, patch, s, t : (k,); weight : (parts, k); per_lumen : (parts, k, n_luminaires), from `direct_on`.
     conserving : indirect light is interpolated about each patch's mean, so that a patch as a whole
         sends what it received; else between vertices alone, so that pictures show no seams.
     """
     mesh, n_luminaires = transport.mesh, len(transport.luminaires)
-    bright = transport.reflecting[patch]
-    row, patch, s, t, weight, per_lumen = (
-        x[bright] for x in (row, patch, s, t, weight, per_lumen))
-    columns = mesh.surface[patch][:, None] * n_luminaires + np.arange(n_luminaires)
-    shape = (n_rows, transport.n_surfaces * n_luminaires)
-    direct = _gathered(weight[:, None] * per_lumen, row, columns, shape)
+    bright = np.flatnonzero(transport.reflecting[patch])
+    order = bright[np.argsort(row[bright], kind="stable")]
+    row, patch, s, t = (x[order] for x in (row, patch, s, t))
+    weight, per_lumen = weight[:, order, None], per_lumen[:, order]
     corners = mesh.weights(patch, s, t)
     if conserving:
         corners = corners - mesh.weights(patch, *mesh.middle_st[patch].T)
-    indirect = _gathered(weight[:, None] * corners, row, mesh.patches[patch], (n_rows, len(mesh.vertices)))
-    shape = (n_rows, len(mesh.patches))
-    means = _gathered(weight[:, None], row, patch[:, None], shape) if conserving else sparse.csr_array(shape)
-    return Sensor(direct, indirect, means)
+    # Points on one patch, one after the other, are added up beforehand.
+    first = np.flatnonzero((np.diff(row, prepend=-1) != 0) | (np.diff(patch, prepend=-1) != 0))
+    patch, ends = patch[first], np.concatenate([[0], np.cumsum(np.bincount(row[first], minlength=n_rows))])
 
+    def gathered(values: np.ndarray, columns: np.ndarray, width: int) -> list[sparse.csr_array]:
+        each = np.add.reduceat(values, first, axis=1) if len(first) else values
+        return [sparse.csr_array((part.ravel(), columns.ravel(), columns.shape[1] * ends),
+                                 shape=(n_rows, width)) for part in each]
 
-def _gathered(values: np.ndarray, row: np.ndarray, columns: np.ndarray, shape) -> sparse.csr_array:
-    rows = np.repeat(row, columns.shape[1])
-    return sparse.coo_array((values.ravel(), (rows, columns.ravel())), shape=shape).tocsr()
+    columns = mesh.surface[patch][:, None] * n_luminaires + np.arange(n_luminaires)
+    direct = gathered(weight * per_lumen, columns, transport.n_surfaces * n_luminaires)
+    indirect = gathered(weight * corners, mesh.patches[patch], len(mesh.vertices))
+    means = [sparse.csr_array((n_rows, len(mesh.patches)))] * len(weight)
+    if conserving:
+        means = gathered(weight, patch[:, None], len(mesh.patches))
+    return [Sensor(*each) for each in zip(direct, indirect, means, strict=True)]
 
 
 def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):

@@ -1,5 +1,7 @@
 """Low-discrepancy points, one independent randomisation for each patch, point or pixel."""
 
+from functools import lru_cache
+
 import numpy as np
 
 BITS = 30
@@ -16,12 +18,8 @@ class Nets:
     """
 
     def __init__(self, n: int, dimensions: int, seed: tuple[int, ...], parts: int = 1):
-        from scipy.stats.qmc import Sobol
-
-        random = np.random.default_rng(seed)
-        nets = [Sobol(dimensions, bits=BITS, rng=random).random(n) for _ in range(parts)]
         self._seed = seed
-        self._nets = (np.array(nets) * 2**BITS).astype(np.uint32)
+        self._nets = _scrambled(n, dimensions, seed, parts)
 
     def draw(self, start: int, stop: int) -> np.ndarray:
         """Nets for items start to stop (stop − start, parts · n, dimensions): alike for equal `start`,
@@ -31,6 +29,16 @@ class Nets:
         shift = random.integers(2**BITS, size=(stop - start, parts, 1, dimensions), dtype=np.uint32)
         shifted = (self._nets ^ shift).reshape(stop - start, parts * n, dimensions)
         return shifted * 2.0**-BITS + 2.0 ** -(BITS + 1)
+
+
+@lru_cache(maxsize=64)
+def _scrambled(n: int, dimensions: int, seed: tuple[int, ...], parts: int) -> np.ndarray:
+    """Scrambled nets (parts, n, dimensions), in units of 2**-BITS: every meter of a room has the same."""
+    from scipy.stats.qmc import Sobol
+
+    random = np.random.default_rng(seed)
+    nets = [Sobol(dimensions, bits=BITS, rng=random).random(n) for _ in range(parts)]
+    return (np.array(nets) * 2**BITS).astype(np.uint32)
 
 
 def cosine_directions(square: np.ndarray, frames: np.ndarray) -> np.ndarray:

@@ -55,8 +55,8 @@ def skin(transport: Transport) -> Skin:
     patch = np.concatenate([patch, quads, np.repeat(faces, 4)])
     s, t = np.vstack([st, mesh.middle_st[quads], mesh.middle_st[np.repeat(faces, 4)]]).T
     n = len(patch)
-    light = direct_on(transport, patch, s, t, 3)[0]
-    sensor = sense(transport, n, np.arange(n), patch, s, t, np.ones(n), light)
+    light = direct_on(transport, patch, s, t, 3)
+    sensor = sense(transport, n, np.arange(n), patch, s, t, np.ones((1, n)), light)[0]
     points = np.vstack([mesh.vertices[used], mesh.centroid[quads], mesh.corners[faces].reshape(-1, 3)])
     return Skin((points - mesh.middle) / mesh.scale, triangles, patch, sensor)
 
