@@ -22,7 +22,7 @@ OF_GRID, OF_METERS = 3, 8
 """Points read of each grid, and photometers, spread over the scene's."""
 OF_MESH, OF_RAYS, OF_SIZE = 0.9, 0.7, 0.5
 """A bar's part by the mesh falls as patches' mean size to that power; by sampling as rays, and that size,
-to those (`benchmarks/estimates.py`)."""
+to those (docs/decisions.md)."""
 ELEMENTS = 8000
 """What a meter divides the surfaces into, about; of a fine mesh's patches it adds a quarter."""
 
@@ -85,16 +85,16 @@ class Pilot:
 
     def expected(self, size: Size, rays: int) -> list[Figure]:
         """The figures with the error bars that they will have on a mesh of that size with so many rays."""
-        own = self.size
-        mesh = (size.apart / own.apart) ** OF_MESH
-        sampling = (size.area / own.area) ** OF_SIZE * (self.rays / rays) ** OF_RAYS if rays else 0.0
-        found = []
-        for f in self.figures:
-            floor = self.floor * f.value
-            moves = mesh * np.sqrt(max(0.0, f.mesh_error**2 - floor**2))
-            found.append(replace(f, mesh_error=float(np.hypot(moves, floor)),
-                                 sampling_error=sampling * f.sampling_error))
-        return found
+        mesh = (size.apart / self.size.apart) ** OF_MESH
+        sampling = (size.area / self.size.area) ** OF_SIZE * (self.rays / rays) ** OF_RAYS if rays else 0.0
+        values = np.array([f.value for f in self.figures])
+        apart = np.array([f.mesh_error for f in self.figures]) / np.where(values > 0, values, 1.0)
+        apart = np.sqrt(np.maximum(0.0, apart**2 - self.floor**2))
+        # Two meshes may agree at one place by chance: what they do at all of them says as much.
+        apart = np.sqrt(apart * np.sqrt((apart[values > 0] ** 2).mean())) if values.any() else apart
+        moves = values * np.hypot(mesh * apart, self.floor)
+        return [replace(f, mesh_error=float(move), sampling_error=sampling * f.sampling_error)
+                for f, move in zip(self.figures, moves, strict=True)]
 
     def growth(self, patches: float) -> float:
         """What a meter costs on a mesh of so many patches, over what it costs here."""
