@@ -170,7 +170,10 @@ def test_nothing_stands_between_a_lamp_and_what_it_is_said_to_light_whole(tmp_pa
     outside = visibility.first_hit(visibility.off(points, normals), normals) >= 0
     checked = 0
     for luminaire in (seated(scene, stand_off(scene, lum)) for lum in scene.luminaires):
-        plain = outside & ~may_be_shadowed(points, normals, luminaire, mesh.obstacles)
+        alone = may_be_shadowed(points[:, None], normals, luminaire, mesh.obstacles)
+        together = may_be_shadowed(points.reshape(-1, 16, 3), normals[::16], luminaire, mesh.obstacles)
+        assert (np.repeat(together, 16) | ~alone).all()
+        plain = outside & ~alone
         to = np.broadcast_to(luminaire.center, points[plain].shape)
         if luminaire.outline is not None:
             to = spread(luminaire, random.random((len(to), 2)))

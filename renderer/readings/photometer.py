@@ -7,9 +7,9 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.scene import rooms
 from renderer.scene.luminaires import Luminaire
-from renderer.transport.contour import HORIZON, polygon_factors
+from renderer.transport.contour import HORIZON, exchanged, polygon_factors
 from renderer.transport.direct import direct_at
-from renderer.transport.field import Sensor, direct_on, sense
+from renderer.transport.field import Sensor, direct_on, sense, within
 from renderer.transport.sampling import Nets
 from renderer.transport.shafts import may_be_hidden
 from renderer.transport.threads import in_threads
@@ -125,39 +125,51 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.visibility,
                        (transport.seed, 5), READING_RAYS, origins=spot.origin[None], parts=parts)[:, 0]
     patch, corners, factor, whole = _elements(transport, spot)
+    triangular = transport.mesh.triangular[patch]
+    st = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
     factors = np.broadcast_to(factor, (parts, len(factor)))
     if transport.visibility is not None:
-        factors = factor * _seen_share(transport, spot, patch, corners)
-        seen = factors.any(axis=0)
-        patch, corners, factors, whole = patch[seen], corners[seen], factors[:, seen], whole[seen]
-    triangular = transport.mesh.triangular[patch]
-    middle = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
-    # A whole patch has its mean light.
+        share, st = _seen(transport, spot, patch, corners, st)
+        partly, seen = (share < 1).any(axis=0), share.any(axis=0)
+        corners = np.where(partly[:, None, None], st[:, None], corners)
+        patch, corners, st, whole = patch[seen], corners[seen], st[seen], (whole & ~partly)[seen]
+        factors = (factor * share)[:, seen]
+    # A whole patch has its mean light; of what is seen in part, light is taken in the middle of that part.
     light = transport.direct_parts[:, patch]
     divided = np.flatnonzero(~whole)
-    light[:, divided] = direct_on(transport, patch[divided], *middle[divided].T, 0, ELEMENT_RAYS, parts)
-    sensors = sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *middle.T, factors,
+    light[:, divided] = direct_on(transport, patch[divided], *st[divided].T, 0, ELEMENT_RAYS, parts,
+                                  corners[divided])
+    sensors = sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *st.T, factors,
                     light, conserving=True)
     return Meter(direct, tuple(sensors))
 
 
-def _seen_share(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Share of each element that a meter sees past what stands between (parts, k)."""
+def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray,
+          st: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Share of each element that a meter sees past what stands between (parts, k), and the middle of what it
+    sees (k, 2): its own, `st`, where it is seen whole."""
     mesh, visibility = transport.mesh, transport.visibility
-    share = np.ones((transport.parts, len(patch)))
+    share, st = np.ones((transport.parts, len(patch))), st.copy()
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))
     nets = Nets(SIGHT_RAYS, 2, (transport.seed, 6), transport.parts)
 
     def look(start: int, stop: int) -> None:
         part = doubtful[start:stop]
-        targets = _within(mesh, patch[part], corners[part], nets.draw(start, stop))
+        points = within(mesh, patch[part], corners[part], nets.draw(start, stop))
+        targets = mesh.at(patch[part, None], *points)
         lifted = visibility.off(targets, mesh.normal[patch[part], None])
         clear = visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
-        share[:, part] = clear.reshape(-1, transport.parts, SIGHT_RAYS).mean(axis=2).T
+        worth = exchanged(spot.position, spot.normal, targets, mesh.normal[patch[part], None])
+        past = worth * clear
+        total, through = (x.reshape(-1, transport.parts, SIGHT_RAYS).sum(axis=2).T for x in (worth, past))
+        share[:, part] = np.where(total > 0, through / np.where(total > 0, total, 1.0), 0.0)
+        some = np.flatnonzero(past.any(axis=1) & ~clear.all(axis=1))
+        past = past[some] / past[some].sum(axis=1)[:, None]
+        st[part[some]] = np.stack([(x[some] * past).sum(axis=1) for x in points], axis=1)
 
     in_threads(look, len(doubtful), AT_ONCE // (transport.parts * SIGHT_RAYS))
-    return share
+    return share, st
 
 
 def _elements(transport: Transport, spot: Spot):
@@ -228,12 +240,3 @@ def _quarters(corners: np.ndarray, triangular: np.ndarray) -> np.ndarray:
     triangles = np.stack([np.stack(q, axis=1) for q in (
         (a, ab, ac, ac), (ab, b, bc, bc), (ac, bc, c, c), (bc, ac, ab, ab))], axis=1)
     return np.where(triangular[:, None, None, None], triangles, quads).reshape(-1, 4, 2)
-
-
-def _within(mesh, patch: np.ndarray, corners: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """Points of each element (k, n, 3) from points of the unit square (k, n, 2)."""
-    p, q = square[..., 0], square[..., 1]
-    fold = mesh.triangular[patch][:, None] & (p + q > 1)
-    p, q = np.where(fold, 1 - p, p), np.where(fold, 1 - q, q)
-    s, t = (a[:, None] + p * (b - a)[:, None] + q * (d - a)[:, None] for a, b, _, d in corners.T)
-    return mesh.at(patch[:, None], s, t)

@@ -204,6 +204,18 @@ def _any_corner(vertices: np.ndarray, patches: np.ndarray) -> np.ndarray:
     return found
 
 
+def exchanged(places: np.ndarray, normals: np.ndarray, others: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """cos θ cos θ′ / r² (…) [m⁻²], which small pieces at places and others, of these normals, exchange over
+    the area of both; all (…, 3), of shapes that broadcast."""
+    reach = [others[..., k] - places[..., k] for k in range(3)]
+    distance2 = sum(x * x for x in reach)
+    np.maximum(distance2, 1e-150, out=distance2)  # its square is no 0
+    ahead, back = (sum(x * side[..., k] for k, x in enumerate(reach)) for side in (normals, theirs))
+    np.maximum(ahead, 0, out=ahead)
+    ahead *= np.maximum(np.negative(back, out=back), 0, out=back)
+    return ahead / (distance2 * distance2)
+
+
 def exchange_areas(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """A_i F_ij of pairs of polygons (k,) [m²], touching ones included, occlusion left out.
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from renderer.scene.luminaires import Luminaire
-from renderer.transport.contour import exchange_areas, polygon_factors
+from renderer.transport.contour import exchange_areas, exchanged, polygon_factors
 from renderer.transport.exchange import Exchange
 from renderer.transport.openings import measured_flux, through_opening
 from renderer.transport.patches import Mesh
@@ -49,11 +49,13 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
                   visibility: Visibility, rays: int, seed: tuple[int, ...], parts: int) -> np.ndarray:
     """Share of a luminaire's light that reaches each point past what stands between (parts, k).
 
-    points : (k, 3) [m], already off their surface. Rays go to points all over the luminaire, each
-    weighted with what it would bring; so many to each point in each of `parts` independent nets.
+    points : (k, 3) [m], already off their surface, or (k, parts, 3), a place for each part. Rays go to
+    points all over the luminaire, each weighted with what it would bring; so many to each point in each of
+    `parts` independent nets.
     """
+    each = points if points.ndim > 2 else points[:, None]
     if luminaire.outline is None:
-        clear = visibility.clear(points, np.broadcast_to(luminaire.center, points.shape))
+        clear = visibility.clear(each, np.broadcast_to(luminaire.center, each.shape)).T
         return np.broadcast_to(clear.astype(float), (parts, len(points)))
     nets = Nets(rays, 2, seed, parts)
     share = np.empty((parts, len(points)))
@@ -64,8 +66,9 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
         for first in range(start, stop, few):
             part = slice(first, min(first + few, stop))
             targets = spread(luminaire, square[part.start - start:part.stop - start])
-            weight = _worth(points[part], normals[part], luminaire, targets)
-            past = weight * visibility.clear(points[part, None], targets)
+            origins = each[part] if each.shape[1] == 1 else np.repeat(each[part], rays, axis=1)
+            weight = _worth(origins, normals[part, None], luminaire, targets)
+            past = weight * visibility.clear(origins, targets)
             past, total = (w.reshape(-1, parts, rays).sum(axis=2).T for w in (past, weight))
             share[:, part] = past / np.where(total > 0, total, 1.0)
 
@@ -73,26 +76,22 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
     return share
 
 
-def _worth(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire, targets: np.ndarray) -> np.ndarray:
-    """What light from places (k, n, 3) all over a luminaire brings to points (k, 3), but for a factor."""
-    reach = [targets[..., k] - points[:, k, None] for k in range(3)]
-    distance2 = sum(x * x for x in reach)
-    np.maximum(distance2, 1e-150, out=distance2)  # its square is no 0
-    incidence = sum(x * normals[:, k, None] for k, x in enumerate(reach))
-    np.maximum(incidence, 0, out=incidence)
+def _worth(places: np.ndarray, normals: np.ndarray, luminaire: Luminaire, targets: np.ndarray) -> np.ndarray:
+    """What light from points (k, n, 3) all over a luminaire brings to places (k, 1 or n, 3) of these normals
+    (k, 1, 3), but for a factor."""
     if luminaire.lambertian:
-        toward = sum(x * -n for x, n in zip(reach, luminaire.normal, strict=True) if n)
-        incidence *= np.maximum(toward, 0, out=toward)
-        return incidence / (distance2 * distance2)
-    distance = np.sqrt(distance2)
-    incidence *= luminaire.intensity(-np.stack(reach, axis=-1) / distance[..., None])
-    return incidence / (distance2 * distance)
+        return exchanged(places, normals, targets, luminaire.normal)
+    reach = targets - places
+    distance = np.sqrt(np.maximum(np.einsum("kni,kni->kn", reach, reach), 1e-200))
+    incidence = np.einsum("kni,ki->kn", reach, normals[:, 0]).clip(0)
+    return incidence * luminaire.intensity(-reach / distance[..., None]) / distance**3
 
 
 def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
                     boxes: np.ndarray) -> np.ndarray:
-    """Whether some box (m, 8, 3) reaches between each point, on the front of its own tangent plane, and the
-    luminaire (k,), each in a box along the room's axes. Where it is False no shadow ray is needed."""
+    """Whether some box (m, 8, 3) reaches between any of a group of points (k, c, 3), on the front of their
+    tangent plane, and the luminaire (k,), each in a box along the room's axes. Where it is False no shadow
+    ray is needed."""
     outline = luminaire.center[None] if luminaire.outline is None else luminaire.outline
     lamp = np.array([outline.min(axis=0), outline.max(axis=0)])
     boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)], axis=1)
@@ -102,16 +101,17 @@ def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminair
 
     def work(start: int, stop: int) -> None:
         p, n = points[start:stop].T, normals[start:stop].T
-        front = (p * n).sum(axis=0)
+        front = (p * n[:, None]).sum(axis=0).min(axis=0)
+        p = p.min(axis=1), p.max(axis=1)
         # Of points one after the other most have nothing near them, which all of them tell at once.
         first = np.arange(0, stop - start, TOGETHER)
-        low, high = np.minimum.reduceat(p, first, axis=1), np.maximum.reduceat(p, first, axis=1)
+        low, high = np.minimum.reduceat(p[0], first, axis=1), np.maximum.reduceat(p[1], first, axis=1)
         facing = np.minimum.reduceat(n, first, axis=1)
         alike = (facing == np.maximum.reduceat(n, first, axis=1)).all(axis=0)
         least = np.where(alike, np.minimum.reduceat(front, first), -np.inf)
         doubtful = _in_the_way(low, high, facing, least, lamp, boxes)
         k = np.flatnonzero(np.repeat(doubtful, TOGETHER)[:stop - start])
-        shadowed[start + k] = _in_the_way(p[:, k], p[:, k], n[:, k], front[k], lamp, boxes)
+        shadowed[start + k] = _in_the_way(p[0][:, k], p[1][:, k], n[:, k], front[k], lamp, boxes)
 
     in_threads(work, len(points), CACHED)
     return shadowed
@@ -147,19 +147,21 @@ def spread(luminaire: Luminaire, square: np.ndarray) -> np.ndarray:
 
 def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire],
               visibility: Visibility | None, seed: tuple[int, ...], rays: int = SHADOW_RAYS,
-              origins: np.ndarray | None = None, parts: int = 1) -> np.ndarray:
+              origins: np.ndarray | None = None, parts: int = 1,
+              around: np.ndarray | None = None) -> np.ndarray:
     """Illuminance per lumen at points (parts, k, n_luminaires) [m⁻²], shadows included.
 
     visibility : None where nothing can stand between; rays : to each luminaire, in each of `parts`
-    independent nets; origins : where rays start, (k, 3) [m], else off the points along their normals.
+    independent nets; origins : where rays start, (k, 3) [m], or (k, parts, 3), one place for each part; else
+    off the points along their normals; around : (k, c, 3) corners of what holds all of those.
     """
     factors = np.repeat(unoccluded(points, normals, luminaires)[None], parts, axis=0)
     if visibility is not None:
+        around = points[:, None] if around is None else around
         lifted = visibility.off(points, normals) if origins is None else origins
         for index, luminaire in enumerate(luminaires):
             lit = np.flatnonzero(factors[0, :, index] > 0)
-            lit = lit[may_be_shadowed(points[lit], normals[lit], luminaire,
-                                      visibility.mesh.obstacles)]
+            lit = lit[may_be_shadowed(around[lit], normals[lit], luminaire, visibility.mesh.obstacles)]
             factors[:, lit, index] *= visible_share(lifted[lit], normals[lit], luminaire, visibility,
                                                     rays, (*seed, index), parts)
     return factors
@@ -247,7 +249,7 @@ def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, visibility: Visibil
     """Share of a luminaire's light on each patch that gets past what stands between (parts, k)."""
     points, normals = _points_on(mesh, patch, seed, parts)
     share = np.ones((parts, len(patch)))
-    maybe = may_be_shadowed(points, normals, lum, visibility.mesh.obstacles)
+    maybe = may_be_shadowed(points[:, None], normals, lum, visibility.mesh.obstacles)
     some = maybe.reshape(len(patch), -1).any(axis=1)
     of_some = np.repeat(some, parts * PATCH_POINTS)
     points, normals, maybe = points[of_some], normals[of_some], maybe[of_some]

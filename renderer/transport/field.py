@@ -12,6 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from renderer.transport.direct import SHADOW_RAYS, direct_at
+from renderer.transport.sampling import Nets
 from renderer.transport.threads import in_threads
 from renderer.transport.transport import Transport
 
@@ -57,16 +58,38 @@ class Sensor:
 
 
 def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndarray, seed: int,
-              rays: int = SHADOW_RAYS, parts: int = 1) -> np.ndarray:
+              rays: int = SHADOW_RAYS, parts: int = 1, around: np.ndarray | None = None) -> np.ndarray:
     """Illuminance per lumen at points (s, t) on patches (parts, k, n_luminaires) [m⁻²], in independent
-    samples; 0 on luminaires."""
+    samples; 0 on luminaires.
+
+    around : (k, 4, 2) corners, as s and t, of what a point stands for: its shadow is then that of places all
+    over this.
+    """
     mesh = transport.mesh
     bright = transport.reflecting[patch]
     light = np.zeros((parts, len(patch), len(transport.luminaires)))
-    points = mesh.at(patch[bright], s[bright], t[bright])
-    light[:, bright] = direct_at(points, mesh.normal[patch[bright]], transport.luminaires,
-                                 transport.visibility, (transport.seed, 4, seed), rays, parts=parts)
+    patch, s, t = patch[bright], s[bright], t[bright]
+    normals, seeds, more = mesh.normal[patch], (transport.seed, 4, seed), {}
+    if around is not None and transport.visibility is not None:
+        around = around[bright]
+        square = Nets(parts, 2, (*seeds, 0), 1).draw(0, len(patch))
+        places = mesh.at(patch[:, None], *within(mesh, patch, around, square))
+        more = {"origins": transport.visibility.off(places, normals[:, None]),
+                "around": mesh.at(patch[:, None], around[..., 0], around[..., 1])}
+    light[:, bright] = direct_at(mesh.at(patch, s, t), normals, transport.luminaires, transport.visibility,
+                                 seeds, rays, parts=parts, **more)
     return light
+
+
+def within(mesh, patch: np.ndarray, corners: np.ndarray, square: np.ndarray) -> list[np.ndarray]:
+    """Places all over pieces of patches, as s and t (k, n), from points of the unit square (k, n, 2).
+
+    corners : (k, 4, 2) of the pieces, as s and t
+    """
+    p, q = square[..., 0], square[..., 1]
+    fold = mesh.triangular[patch][:, None] & (p + q > 1)
+    p, q = np.where(fold, 1 - p, p), np.where(fold, 1 - q, q)
+    return [a[:, None] + p * (b - a)[:, None] + q * (d - a)[:, None] for a, b, _, d in corners.T]
 
 
 def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.transport.contour import HORIZON, exchange_areas, point_factors
+from renderer.transport.contour import HORIZON, exchange_areas, exchanged, point_factors
 from renderer.transport.exchange import Exchange, balance, reciprocity
 from renderer.transport.hemisphere import PROBE_RAYS, Openness, probed
 from renderer.transport.patches import Mesh
@@ -93,7 +93,7 @@ def look_across(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, 
         first, second = (np.repeat(side, 2 * half) for side in pairs[:, start:stop])
         origins = visibility.off(mesh.spread(first, square[:, :2]), mesh.normal[first])
         targets = mesh.spread(second, square[:, 2:])
-        worth = _worth(origins, mesh.normal[first], targets, mesh.normal[second])
+        worth = exchanged(origins, mesh.normal[first], targets, mesh.normal[second])
         through = (worth * visibility.clear(origins, targets)).reshape(-1, 2, half).sum(axis=2)
         total = worth.reshape(-1, 2, half).sum(axis=2)
         seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), 1e-300)
@@ -102,14 +102,6 @@ def look_across(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, 
 
     in_threads(look, count, max(1, AT_ONCE // (2 * half)))
     return Sight(open_, pairs, seen, apart)
-
-
-def _worth(origins: np.ndarray, normals: np.ndarray, targets: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """What rays between places (k, 3) with these normals (k, 3) would exchange (k,), but for a factor."""
-    reach = [b - a for a, b in zip(origins.T, targets.T, strict=True)]
-    ahead, back = (sum(x * n for x, n in zip(reach, side.T, strict=True)) for side in (normals, theirs))
-    distance2 = np.maximum(sum(x * x for x in reach), 1e-150)  # its square is no 0
-    return np.maximum(ahead, 0) * np.maximum(-back, 0) / (distance2 * distance2)
 
 
 def contour_exchange(mesh: Mesh, sight: Sight | None = None) -> tuple[Exchange, np.ndarray]:
