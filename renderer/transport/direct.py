@@ -109,26 +109,27 @@ def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminair
         facing = np.minimum.reduceat(n, first, axis=1)
         alike = (facing == np.maximum.reduceat(n, first, axis=1)).all(axis=0)
         least = np.where(alike, np.minimum.reduceat(front, first), -np.inf)
-        doubtful = _in_the_way(low, high, facing, least, lamp, boxes)
-        k = np.flatnonzero(np.repeat(doubtful, TOGETHER)[:stop - start])
-        shadowed[start + k] = _in_the_way(p[0][:, k], p[1][:, k], n[:, k], front[k], lamp, boxes)
+        found = shadowed[start:stop]
+        for box in boxes:
+            near = np.repeat(_in_the_way(low, high, facing, least, lamp, box), TOGETHER)[:stop - start]
+            k = np.flatnonzero(near & ~found)
+            found[k] = _in_the_way(p[0][:, k], p[1][:, k], n[:, k], front[k], lamp, box)
 
     in_threads(work, len(points), CACHED)
     return shadowed
 
 
 def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np.ndarray, lamp: np.ndarray,
-                boxes: np.ndarray) -> np.ndarray:
-    """Whether some box (m, 2, 3) reaches between a lamp's (2, 3) and each one from low to high (3, k), in
-    front of what faces along a normal (3, k), `front` (k,) along it."""
+                box: np.ndarray) -> np.ndarray:
+    """Whether a box (2, 3) reaches between a lamp's (2, 3) and each one from low to high (3, k), in front of
+    what faces along a normal (3, k), `front` (k,) along it."""
     to_low, to_high = lamp[0][:, None] - low, lamp[1][:, None] - high
     slack = SLACK * np.maximum(-to_low, to_high).max(axis=0, initial=0.0)
-    found = np.zeros(len(slack), dtype=bool)
-    for least, most in boxes[..., None]:
-        ahead = (np.where(normal > 0, most, least) * normal).sum(axis=0) > front + slack
-        k = np.flatnonzero(ahead & ~found)
-        found[k] = reaches(to_low[:, k], to_high[:, k], least - high[:, k] - slack[k],
-                           most - low[:, k] + slack[k])
+    least, most = box[..., None]
+    found = (np.where(normal > 0, most, least) * normal).sum(axis=0) > front + slack
+    k = np.flatnonzero(found)
+    found[k] = reaches(to_low[:, k], to_high[:, k], least - high[:, k] - slack[k],
+                       most - low[:, k] + slack[k])
     return found
 
 
