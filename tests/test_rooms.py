@@ -148,7 +148,8 @@ def test_a_meshed_box_is_the_box_however_it_was_tessellated(write, meshed, suffi
     mesh = BOX.subdivide().subdivide()
     mesh.invert()  # outward or inward, all the same
     same = read(meshed(mesh, panel([2, 2, 3]), suffix=suffix), SPOTS)
-    np.testing.assert_allclose(same[:, :2], box[:, :2], rtol=1e-10)
+    # Vertices in another order are rounded otherwise: factors are known to some 1e-7.
+    np.testing.assert_allclose(same[:, :2], box[:, :2], rtol=1e-7)
 
 
 def test_a_square_outline_is_the_box(write, outlined):

@@ -9,7 +9,7 @@ from renderer.scene import rooms
 from renderer.scene.luminaires import Luminaire
 from renderer.transport.contour import HORIZON, exchanged, polygon_factors
 from renderer.transport.direct import direct_at
-from renderer.transport.field import Sensor, direct_on, sense, within
+from renderer.transport.field import Sensor, direct_on, sense
 from renderer.transport.sampling import Nets
 from renderer.transport.shafts import may_be_hidden
 from renderer.transport.threads import in_threads
@@ -156,7 +156,7 @@ def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarr
 
     def look(start: int, stop: int) -> None:
         part = doubtful[start:stop]
-        points = within(mesh, patch[part], corners[part], nets.draw(start, stop))
+        points = mesh.within(patch[part], corners[part], nets.draw(start, stop))
         targets = mesh.at(patch[part, None], *points)
         lifted = visibility.off(targets, mesh.normal[patch[part], None])
         clear = visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)

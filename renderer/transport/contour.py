@@ -18,13 +18,18 @@ from renderer.transport.threads import in_threads
 
 HORIZON = 2e-9
 """Heights above a point's tangent plane below this, relative to the room, count as in the plane."""
-GAUSS_NODES, OF_APART, APART = 24, 8, 1.2
-"""Per edge; touching squares are then right to 1e-10, strips 100 times as long as wide to 1e-7. Fewer do
-for polygons whose middles are so many times their two radii apart: 2e-5 of what they exchange at worst."""
-CELLS = 1 << 17
-"""Point–edge pairs worked on at once: what stays in the cache."""
-FLAT = -0.99
-"""Cosine of an angle past which its sine is found from the cross product."""
+GAUSS_NODES = 24
+"""Per edge, drawn to its ends; touching squares are then right to 1e-10, strips 100 times as long as wide
+to 1e-7."""
+APART = ((1.5, 6), (1.01, 12))
+"""Polygons whose middles are so many times their two radii apart do with so few nodes, not drawn to the
+ends: 1e-5 of what they exchange at worst."""
+CELLS = 1 << 18
+"""Point–edge pairs worked on at once, in single precision: what stays in the cache."""
+NODES = 1 << 13
+"""Nodes of double contour integrals, or corners of polygons, likewise; in double."""
+FLAT = -0.6
+"""Cosine of an angle past which it is found in double precision, and its sine from the cross product."""
 
 
 def frames(normals: np.ndarray) -> np.ndarray:
@@ -71,7 +76,7 @@ def polygon_factors(points: np.ndarray, normals: np.ndarray, corners: np.ndarray
         total[cut] = _cut(local[cut])
         factors[start:stop] = np.where(high <= 0, 0.0, np.clip(-total / (2 * np.pi), 0.0, 1.0))
 
-    in_threads(work, len(points), CELLS // 32)
+    in_threads(work, len(points), NODES // 2)
     return factors
 
 
@@ -121,16 +126,17 @@ def mesh_edges(mesh: Mesh) -> Edges:
 
 
 def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.ndarray:
-    """Form factors from points to all patches (k, n_patches), occlusion left out.
+    """Form factors from points to all patches (k, n_patches), occlusion left out; in single precision, each
+    off by some 1e-7 and their sum by no more, since what neighbours share cancels.
 
     points, normals : (k, 3) [m]. A point's own plane counts nothing.
     """
     edges, n = mesh_edges(mesh), len(mesh.patches)
-    around = sparse.csr_array((edges.sign.ravel() / (-2 * np.pi), edges.of_patch.ravel(),
+    around = sparse.csr_array(((edges.sign.ravel() / (-2 * np.pi)).astype(np.float32), edges.of_patch.ravel(),
                                np.arange(0, 4 * n + 1, 4)), shape=(n, len(edges.ends)))
-    factors = np.empty((len(points), n))
-    touch = HORIZON * mesh.scale
-    vertices = mesh.vertices - mesh.middle
+    factors = np.empty((len(points), n), dtype=np.float32)
+    # Relative to the room, so that no square is too small for single precision.
+    vertices, places = ((each - mesh.middle) / mesh.scale for each in (mesh.vertices, points))
     axes = frames(normals)
     ends = np.ascontiguousarray(edges.ends.T)
     chunk = max(1, CELLS // len(edges.ends))
@@ -138,13 +144,13 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
 
     def work(start: int, stop: int) -> None:
         if not hasattr(kept, "room"):
-            kept.room = np.empty((8, chunk * len(edges.ends)))
+            kept.room = np.empty((8, chunk * len(edges.ends)), dtype=np.float32)
         room = kept.room[:, :(stop - start) * len(edges.ends)].reshape(8, len(edges.ends), -1)
-        own = points[start:stop] - mesh.middle
+        own = places[start:stop]
         # By vertex, edge and patch, then by point: whatever is gathered is a run of numbers.
         x, y, z = (vertices @ axes[start:stop, k].T - np.einsum("ij,ij->i", own, axes[start:stop, k])
                    for k in range(3))
-        z[np.abs(z) <= touch] = 0.0
+        z *= np.abs(z) > HORIZON
         total = around @ _edges((x, y, z), ends, room)
         np.clip(total, 0.0, 1.0, out=total)
         high = _any_corner(z > 0, mesh.patches)
@@ -165,13 +171,15 @@ def _edges(vertices: tuple, ends: np.ndarray, room: np.ndarray) -> np.ndarray:
     (8, e, k), which is written over.
 
     With a and b of length 1, c = a·b: (a × b)_z arccos c / √(1 − c²), which rounding of c does not harm
-    where the edge is seen under a small angle, and hardly does up to FLAT.
+    where the edge is seen under a small angle, and hardly does up to FLAT. In single precision but for what
+    is past that.
     """
-    distance = np.sqrt(sum(x * x for x in vertices))
-    np.maximum(distance, 1e-300, out=distance)
+    single = [x.astype(np.float32) for x in vertices]
+    distance = np.sqrt(sum(x * x for x in single))
+    np.maximum(distance, np.float32(1e-30), out=distance)
     a, b, total, spare = room[:3], room[3:6], room[6], room[7]
-    for x, start, end in zip(vertices, a, b, strict=True):
-        x = x / distance
+    for x, start, end in zip(single, a, b, strict=True):
+        x /= distance
         x.take(ends[0], axis=0, out=start, mode="clip")
         x.take(ends[1], axis=0, out=end, mode="clip")
     np.multiply(a[0], b[1], out=total)
@@ -181,7 +189,7 @@ def _edges(vertices: tuple, ends: np.ndarray, room: np.ndarray) -> np.ndarray:
     cosine = a[0]
     cosine += a[1]
     cosine += a[2]
-    np.minimum(cosine, 1 - 2**-53, out=cosine)
+    np.minimum(cosine, np.float32(1 - 2**-24), out=cosine)
     flat = np.divmod(np.flatnonzero((cosine < FLAT).ravel()), cosine.shape[1])
     cosine[flat] = 0.0
     np.subtract(1, cosine, out=spare)
@@ -219,54 +227,66 @@ def exchanged(places: np.ndarray, normals: np.ndarray, others: np.ndarray, their
 def exchange_areas(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """A_i F_ij of pairs of polygons (k,) [m²], touching ones included, occlusion left out.
 
-    a, b : (k, c, 3) and (k, d, 3) [m]. Neither may reach behind the other.
+    a, b : (k, c, 3) and (k, d, 3) [m], the smaller first, on whose edges the nodes are. Neither may reach
+    behind the other.
     """
-    middles = [np.einsum("kci->ki", polygon) / polygon.shape[1] for polygon in (a, b)]
+    # By component, corner and then pair, so that whatever is worked on is a long run of numbers.
+    a, b = np.ascontiguousarray(a.T), np.ascontiguousarray(b.T)
+    middles = [polygon.mean(axis=1) for polygon in (a, b)]
     spans = [polygon - middle[:, None] for polygon, middle in zip((a, b), middles, strict=True)]
-    reach = sum(np.sqrt(np.einsum("kci,kci->kc", span, span).max(axis=1)) for span in spans)
-    apart = np.linalg.norm(middles[0] - middles[1], axis=1) > APART * reach
-    areas = np.zeros(len(a))
-    for pairs, nodes in ((np.flatnonzero(apart), OF_APART), (np.flatnonzero(~apart), GAUSS_NODES)):
-        areas[pairs] = _contours(a[pairs], b[pairs], nodes)
+    reach = sum(np.sqrt((span * span).sum(axis=0).max(axis=0)) for span in spans)
+    apart = np.sqrt(((middles[0] - middles[1]) ** 2).sum(axis=0))
+    left, areas = np.ones(len(apart), dtype=bool), np.zeros(len(apart))
+    for times, nodes in (*APART, (0.0, GAUSS_NODES)):
+        pairs = np.flatnonzero(left & (apart >= times * reach))
+        areas[pairs] = _contours(a[..., pairs], b[..., pairs], nodes, nodes == GAUSS_NODES)
+        left[pairs] = False
     return areas
 
 
-def _contours(a: np.ndarray, b: np.ndarray, n_nodes: int) -> np.ndarray:
-    """The double contour integral of pairs of polygons (k,), with so many nodes an edge."""
+def _contours(a: np.ndarray, b: np.ndarray, n_nodes: int, drawn: bool) -> np.ndarray:
+    """The double contour integral of pairs of polygons (k,), with so many nodes an edge, drawn to its ends
+    or not. a, b : (3, c, k) and (3, d, k)"""
     nodes, weights = np.polynomial.legendre.leggauss(n_nodes)
     nodes, weights = (nodes + 1) / 2, weights / 2
-    weights, nodes = weights * 6 * nodes * (1 - nodes), nodes**2 * (3 - 2 * nodes)
-    areas = np.empty(len(a))
+    if drawn:
+        weights, nodes = weights * 6 * nodes * (1 - nodes), nodes**2 * (3 - 2 * nodes)
+    areas = np.empty(a.shape[-1])
 
     def work(start: int, stop: int) -> None:
-        ours, theirs = a[start:stop], b[start:stop]
+        ours, theirs = a[..., start:stop], b[..., start:stop]
         edges, others = np.roll(ours, -1, axis=1) - ours, np.roll(theirs, -1, axis=1) - theirs
-        lengths = np.sqrt(np.einsum("kci,kci->kc", others, others))
-        along = others / np.maximum(lengths, 1e-300)[..., None]
-        parallel = edges @ along.transpose(0, 2, 1)
-        pair, e, f = np.nonzero(parallel)
-        inner = _log_distance(ours[pair, e] - theirs[pair, f], edges[pair, e], along[pair, f],
-                              lengths[pair, f], nodes) @ weights
-        inner *= parallel[pair, e, f]
+        lengths = np.sqrt((others * others).sum(axis=0))
+        along = others / np.maximum(lengths, 1e-300)
+        parallel = sum(x[:, None] * y for x, y in zip(edges, along, strict=True))
+        e, f, pair = np.nonzero(parallel)
+        parallel = parallel[e, f, pair]
+        inner = weights @ _log_distance(ours[:, e, pair] - theirs[:, f, pair], edges[:, e, pair],
+                                        along[:, f, pair], parallel, lengths[f, pair], nodes)
+        inner *= parallel
         areas[start:stop] = np.abs(np.bincount(pair, inner, stop - start)) / (2 * np.pi)
 
-    in_threads(work, len(a), CELLS // 8 // n_nodes)
+    in_threads(work, len(areas), NODES // n_nodes)
     return areas
 
 
-def _log_distance(start, edge, along, length, nodes) -> np.ndarray:
-    """∫ ln r over segments of unit vector `along` (k, m), from points start + nodes edge; `start` (k, 3) is
-    counted from the segments' own start."""
+def _log_distance(start, edge, along, parallel, length, nodes) -> np.ndarray:
+    """∫ ln r over segments of unit vector `along` (3, k), from points start + nodes edge (m, k); `start`
+    (3, k) is counted from the segments' own start, and parallel (k,) is edge · along."""
     def dot(u, v):
-        return np.einsum("ki,ki->k", u, v)[:, None]
+        return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
-    ahead, parallel, length = dot(start, along), dot(edge, along), length[:, None]
+    nodes, ahead = nodes[:, None], dot(start, along)
     aside, turn = start - ahead * along, edge - parallel * along
-    s = ahead + nodes * parallel
+    s = nodes * parallel
+    s += ahead
     rest = length - s
-    across2 = dot(aside, aside) + nodes * (2 * dot(aside, turn) + nodes * dot(turn, turn))
+    across2 = nodes * dot(turn, turn)
+    across2 += 2 * dot(aside, turn)
+    across2 *= nodes
+    across2 += dot(aside, aside)
     # Rounding leaves some 1e-16 of the offset² on the segment's own line.
-    across2[across2 <= 1e-14 * length**2] = 0.0
+    across2 *= across2 > 1e-14 * length**2
 
     def x_log(x):
         r2 = x * x

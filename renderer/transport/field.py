@@ -72,24 +72,13 @@ def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndar
     normals, seeds, more = mesh.normal[patch], (transport.seed, 4, seed), {}
     if around is not None and transport.visibility is not None:
         around = around[bright]
-        square = Nets(parts, 2, (*seeds, 0), 1).draw(0, len(patch))
-        places = mesh.at(patch[:, None], *within(mesh, patch, around, square))
+        square = Nets(parts, 2, (transport.seed, 10, seed)).draw(0, len(patch))
+        places = mesh.at(patch[:, None], *mesh.within(patch, around, square))
         more = {"origins": transport.visibility.off(places, normals[:, None]),
                 "around": mesh.at(patch[:, None], around[..., 0], around[..., 1])}
     light[:, bright] = direct_at(mesh.at(patch, s, t), normals, transport.luminaires, transport.visibility,
                                  seeds, rays, parts=parts, **more)
     return light
-
-
-def within(mesh, patch: np.ndarray, corners: np.ndarray, square: np.ndarray) -> list[np.ndarray]:
-    """Places all over pieces of patches, as s and t (k, n), from points of the unit square (k, n, 2).
-
-    corners : (k, 4, 2) of the pieces, as s and t
-    """
-    p, q = square[..., 0], square[..., 1]
-    fold = mesh.triangular[patch][:, None] & (p + q > 1)
-    p, q = np.where(fold, 1 - p, p), np.where(fold, 1 - q, q)
-    return [a[:, None] + p * (b - a)[:, None] + q * (d - a)[:, None] for a, b, _, d in corners.T]
 
 
 def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray,

@@ -119,15 +119,17 @@ def contour_exchange(mesh: Mesh, sight: Sight | None = None) -> tuple[Exchange, 
         leak, worst = float(sight.openness.lost.max()), int(sight.openness.lost.argmax())
         factors[areas == 0], factors[:, areas == 0] = 0.0, 0.0
     matrix = _symmetric(mesh, factors)
+    live, n_surfaces = areas > 0, mesh.surface.max() + 1
+    member = np.eye(n_surfaces)[mesh.surface]  # in double precision, as sums are
+    to_surfaces = mesh.area[:, None] * (factors @ member)
     first, second = sight.pairs if sight is not None else np.zeros((2, 0), dtype=np.int32)
     whole = matrix[first, second]
     if sight is not None:
+        matrix[first, second] = matrix[second, first] = sight.seen * whole
         for one, other in ((first, second), (second, first)):
-            factors[one, other] *= sight.seen
-            matrix[one, other] *= sight.seen
-    live = areas > 0
-    member = np.eye(mesh.surface.max() + 1)[mesh.surface]
-    to_surfaces = mesh.area[:, None] * (factors @ member)
+            hidden = mesh.area[one] * factors[one, other] * (1 - sight.seen)
+            to_surfaces -= np.bincount(one * n_surfaces + mesh.surface[other], hidden,
+                                       to_surfaces.size).reshape(to_surfaces.shape)
     closure = np.abs(to_surfaces.sum(axis=1)[live] / areas[live] - 1)
     error, pair = reciprocity(member.T @ to_surfaces, np.bincount(mesh.surface, areas))
     matrix, scale = balance(matrix, areas)
@@ -136,12 +138,16 @@ def contour_exchange(mesh: Mesh, sight: Sight | None = None) -> tuple[Exchange, 
 
 
 def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
-    """Exchange areas (n, n) [m²] from factors (n, n), those of near pairs made exact."""
-    matrix = np.empty_like(factors)
+    """Exchange areas (n, n) [m²] from factors (n, n), those of near pairs made exact.
+
+    Of a pair's two factors the one from the smaller patch errs less, since its error grows as the square of
+    the patch whose middle it is seen from: A_i F_ij counts by A_j, and A_j F_ji by A_i.
+    """
+    matrix, inverse = np.empty(factors.shape), 1 / mesh.area
 
     def add(start: int, stop: int) -> None:
-        matrix[start:stop] = factors[:, start:stop].T * (mesh.area / 2)
-        matrix[start:stop] += mesh.area[start:stop, None] / 2 * factors[start:stop]
+        np.add(factors[start:stop], factors[:, start:stop].T, out=matrix[start:stop])
+        matrix[start:stop] /= inverse[start:stop, None] + inverse
 
     in_threads(add, len(factors), STRIP)
     first, second = _near_pairs(mesh)
@@ -149,6 +155,8 @@ def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
     first, second = first[seen], second[seen]
     whole = _before(mesh, first, second) & _before(mesh, second, first)
     first, second = first[whole], second[whole]
+    larger = mesh.area[first] > mesh.area[second]
+    first, second = np.where(larger, second, first), np.where(larger, first, second)
     exact = exchange_areas(mesh.corners[first], mesh.corners[second])
     matrix[first, second] = matrix[second, first] = exact
     return matrix

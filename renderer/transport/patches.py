@@ -106,10 +106,22 @@ class Mesh:
 
     def spread(self, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
         """Points all over patches (k,), evenly, (k, …, 3) from points of the unit square (k, …, 2)."""
+        patch = patch.reshape(-1, *[1] * (square.ndim - 2))
+        return self.at(patch, *self._folded(patch, square))
+
+    def within(self, patch: np.ndarray, corners: np.ndarray, square: np.ndarray) -> list[np.ndarray]:
+        """Places all over pieces of patches (k,), as s and t (k, n), from points of a unit square (k, n, 2).
+
+        corners : (k, 4, 2) of the pieces, as s and t
+        """
+        p, q = self._folded(patch[:, None], square)
+        return [a[:, None] + p * (b - a)[:, None] + q * (d - a)[:, None] for a, b, _, d in corners.T]
+
+    def _folded(self, patch: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the unit square, of triangles those past the diagonal turned back into them."""
         s, t = square[..., 0], square[..., 1]
-        patch = patch.reshape(-1, *[1] * (s.ndim - 1))
         fold = self.triangular[patch] & (s + t > 1)
-        return self.at(patch, np.where(fold, 1 - s, s), np.where(fold, 1 - t, t))
+        return np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)
 
     def inside(self, patch: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The (s, t) of points on the patches' planes."""

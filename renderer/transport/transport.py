@@ -174,7 +174,8 @@ class Transport:
         if self.visibility is not None and self.parts == 1:
             return self.mesh.around_vertices @ received
         every, parts = self.to_vertices if shown else self.to_vertices_read
-        return (every if sample is None else parts[sample]) @ radiosity
+        share = every if sample is None else parts[sample]
+        return share @ radiosity.astype(share.dtype)
 
     @cached_property
     def to_vertices(self) -> tuple:
