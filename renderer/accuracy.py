@@ -50,6 +50,7 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
             break
         progress(f"{scene.title}: {missed(figures, asked)[0].name!r} is not known to {asked:.2%} yet; "
                  "solving finer")
+        wanted = solution = None  # their operators are in the way of the next
         solution = solve(scene, bands, accuracy, seed, rooms, progress, plan)
     return solution, wanted, figures
 

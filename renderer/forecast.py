@@ -12,7 +12,7 @@ from renderer.pilot import Pilot, Size, fly, size_of
 from renderer.plan import Plan, make_plan
 from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import Scene
-from renderer.solution import distinct_bands
+from renderer.solution import KEPT, distinct_bands
 from renderer.transport.contour import point_factors
 from renderer.transport.exchange import better_dense
 from renderer.transport.form_factors import between, rays_in_half
@@ -32,6 +32,8 @@ OF_A_DOUBT, MATRICES = 60.0, 3
 and rays."""
 PARALLEL = 0.7
 """How much of the work runs on every core."""
+OF_KEPT = 16.0
+"""Bytes of a factor kept from a coarser solve."""
 START, PROGRAM = 1.7, 300e6
 """Of any run: seconds, and bytes for the program and its packages."""
 
@@ -101,10 +103,12 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
         before, each = each, finer(each, stages[-1].patches, figures, accuracy)
         size = size.finer(before.patch_size / each.patch_size) if each else size
     modelled, left_out = _sentences(scene, plan, len(band_set.xyz), len(first))
-    start = stages[0]
+    start, kept, memory = stages[0], 0.0, 0.0
+    for stage in stages:
+        memory, kept = max(memory, kept + stage.memory), min(kept + stage.memory, OF_KEPT * KEPT)
     return Forecast(start.patches, start.other_patches, len(band_set.xyz), len(first), start.rays,
                     START + sum(stage.seconds for stage in stages),
-                    PROGRAM + sum(stage.memory for stage in stages), accuracy, plan.promise, start.expected,
+                    PROGRAM + memory, accuracy, plan.promise, start.expected,
                     stages[1:], modelled, left_out)
 
 
@@ -121,12 +125,12 @@ def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: tupl
         work += OF_A_PAIR * pairs * one[0] + OF_A_RAY * cast * one[1]
     seconds = work * (PARALLEL / (cpu_count() or 1) + 1 - PARALLEL)
     seconds += pilot.lamp_seconds * (size.patches + size.other_patches)
-    seconds += pilot.meters * pilot.meter_seconds * np.mean([pilot.growth(n) for n, _ in both])
+    seconds += pilot.meter_seconds * np.mean([pilot.growth(n) for n, _ in both])
     total = 0.0
     if rays:
         parts = independent_parts(both[0][0], rays) / REPLICAS
         total = _operators(*both[0], rays, pilot.doubtful)[1] + parts * (
-            pilot.lamp_rays * size.patches + pilot.meters * pilot.meter_rays * pilot.growth(size.patches))
+            pilot.lamp_rays * size.patches + pilot.meter_rays * pilot.growth(size.patches))
     widest = max((f.uncertainty / f.value for f in figures if f.value > 0), default=None)
     return Stage(*(n for n, _ in both), round(total), float(seconds),
                  sum(_bytes(n, v, rays, pilot.doubtful) for n, v in both), widest)

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from os import cpu_count
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from renderer.transport.patches import Mesh
 
 PATCHES, RAYS = 700, 256
 """Of the coarse solve: patches, about, and rays a patch."""
-OF_GRID, OF_METERS = 3, 8
+OF_GRID, OF_METERS = 8, 8
 """Points read of each grid, and photometers, spread over the scene's."""
 OF_MESH, OF_RAYS, OF_SIZE = 0.9, 0.7, 0.5
 """A bar's part by the mesh falls as patches' mean size to that power; by sampling as rays, and that size,
@@ -67,8 +68,7 @@ class Pilot:
     rays : a patch; doubtful : pairs of patches between which something may stand, over patches squared
     floor : share of a reading that its bar has on any mesh
     figures : photometers, and mean and least of grids, as read on it
-    meters : of the scene, points of grids at which none can stand left out
-    meter_seconds : of one meter on both meshes; meter_rays : on the first
+    meter_seconds : of all meters of the scene on both meshes; meter_rays : on the first
     lamp_seconds, lamp_rays : of direct light on one patch
     """
 
@@ -77,7 +77,6 @@ class Pilot:
     doubtful: float
     floor: float
     figures: list[Figure]
-    meters: int
     meter_seconds: float
     meter_rays: float
     lamp_seconds: float
@@ -132,29 +131,34 @@ def fly(scene: Scene, plan: Plan, patches: int) -> Pilot:
     direct = sum(took for name, took in watch.seconds.items() if name.endswith(" direct"))
     # What all meters share, so that it is not taken for theirs.
     _ = solution.by_bands, [each.vertices_read for each in (solution, solution.family[2])]
-    cast, started = transport.rays, time.perf_counter()
-    figures, tried, meters = _read(solution)
-    seconds, cast = time.perf_counter() - started, transport.rays - cast
+    figures, seconds, cast = _read(solution)
     return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, pairs / n**2, solution.quadrature, figures,
-                 meters, seconds / max(1, tried), cast / max(1, tried),
-                 direct / (n + len(other.mesh.patches)), max(0.0, lamp_rays))
+                 seconds, cast, direct / (n + len(other.mesh.patches)), max(0.0, lamp_rays))
 
 
-def _read(solution: Solution) -> tuple[list[Figure], int, int]:
-    """Figures of some photometers and of each grid, how many meters were read for them, and how many there
-    are to read."""
-    scene = solution.scene
-    spots = [scene.photometers[k] for k in _spread(len(scene.photometers), OF_METERS)]
-    figures = [solution.photometer(p.position, p.normal, p.name).figure for p in spots]
-    tried, meters = len(spots), len(scene.photometers)
+def _read(solution: Solution) -> tuple[list[Figure], float, float]:
+    """Figures of some photometers and of each grid; and what all meters take at the same rates, a first one
+    alone and the others on every core: seconds, and rays on the first mesh."""
+    scene, transport, cores = solution.scene, solution.transport, cpu_count() or 1
+
+    def tried(read: Callable[[], list[Figure]], some: int, every: int) -> tuple[list[Figure], float, float]:
+        cast, started = transport.rays, time.perf_counter()
+        figures = read()
+        seconds = (time.perf_counter() - started) * (every - 1 + cores) / (some - 1 + cores)
+        return figures, seconds, (transport.rays - cast) * every / some
+
+    spots = [(p.position, p.normal, p.name) for p in scene.photometers]
+    some = [spots[k] for k in _spread(len(spots), OF_METERS)]
+    told = []
+    if some:
+        told.append(tried(lambda: [each.figure for each in solution.read_at(some)], len(some), len(spots)))
     for grid in scene.grids:
-        read = readable(solution.transport, grid, f"{scene.path}: photometer_grids {grid.name!r}")
-        points = np.flatnonzero(read)
-        some = np.zeros(len(read), dtype=bool)
-        some[points[_spread(len(points), OF_GRID)]] = True
-        figures += read_points(solution, grid, some).figures
-        tried, meters = tried + int(some.sum()), meters + len(points)
-    return figures, tried, meters
+        read = readable(transport, grid, f"{scene.path}: photometer_grids {grid.name!r}")
+        points, chosen = np.flatnonzero(read), np.zeros(len(read), dtype=bool)
+        chosen[points[_spread(len(points), OF_GRID)]] = True
+        told.append(tried(lambda grid=grid, chosen=chosen: read_points(solution, grid, chosen).figures,
+                          int(chosen.sum()), len(points)))
+    return [figure for each in told for figure in each[0]], *(sum(each[k] for each in told) for k in (1, 2))
 
 
 def _spread(n: int, most: int) -> np.ndarray:

@@ -27,7 +27,7 @@ tried (docs/tradeoff.md); most readings are several times better."""
 WORTHWHILE = 1.2
 """Patches shorter by less are not worth another solve."""
 MAX_RAYS = 80_000_000
-"""Of a whole room, of a plan made finer: their hits are kept in one array."""
+"""Of all patches: what they meet, and the operator made of it, take some 5 GB."""
 RAYS_OF_LARGE = 40_000_000
 """Of a whole room, where FEWEST_RAYS or an eighth of that a patch are more: of a million patches each needs
 few, since its readings add up many."""
@@ -64,11 +64,13 @@ class Plan:
         limit = FINEST if self.rays else MAX_PATCHES_DENSE
         shorter = min(2.0, np.sqrt(limit / patches)) if mesh > FINE_ENOUGH else 1.0
         shorter = shorter if shorter > WORTHWHILE else 1.0
-        rays = self.rays
-        while sampling > FINE_ENOUGH and 4 * rays * patches * shorter**2 <= MAX_RAYS:
+        rays, most = self.rays, MAX_RAYS / (patches * shorter**2)
+        while sampling > FINE_ENOUGH and 4 * rays <= most:
             rays, sampling = 4 * rays, sampling / 2
         if shorter == 1 and rays == self.rays:
             return None
+        while rays > most:
+            rays //= 2
         return replace(self, patch_size=self.patch_size / float(shorter), rays=rays)
 
     @property
@@ -111,7 +113,8 @@ def _rays(patches: float, accuracy: float) -> int:
     fewest = 2 ** np.floor(np.log2(np.clip(RAYS_OF_LARGE / patches, FEWEST_RAYS / 8, FEWEST_RAYS)))
     loose = 0.01 / accuracy
     wanted = RAYS_AT_1_PERCENT * loose * min(1.0, PATCHES_AT_1_PERCENT * loose / patches)
-    return int(2 ** np.ceil(np.log2(np.clip(wanted, fewest, MOST_RAYS)) - 0.1))
+    rays = 2 ** np.ceil(np.log2(np.clip(wanted, fewest, MOST_RAYS)) - 0.1)
+    return int(min(rays, 2 ** np.floor(np.log2(MAX_RAYS / patches))))
 
 
 def _patches(parts: Parts, h: float) -> float:

@@ -33,6 +33,8 @@ MANY = 15_000
 twice as many."""
 QUADRATURE = 4e-4
 """Share of a reading that light through a measured luminaire's opening may err by (docs/decisions.md)."""
+KEPT = 100_000_000
+"""Factors of the transports kept for other rooms, some 2 GB; past that the oldest go."""
 COARSER = 1.5
 """Largest patch of one mesh over that of another, in area, for them to tell the mesh error."""
 
@@ -54,6 +56,8 @@ class Rooms:
         """The transport of that scene's geometry, computed once."""
         key = (scene.geometry_key, plan.patch_size, plan.rays, seed)
         if key not in self.kept:
+            while sum(each.factors for each in self.kept.values()) > KEPT:
+                del self.kept[next(iter(self.kept))]
             progress(f"{scene.title}: form factors; {'; '.join(plan.reasons)}")
             self.kept[key] = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key),
                                                self.elsewhere)

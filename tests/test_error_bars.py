@@ -8,8 +8,9 @@ from random_rooms import compare_with_finer, random_scene
 
 import renderer
 from renderer.accuracy import solve_and_read
-from renderer.plan import MAX_PATCHES_DENSE, Plan
+from renderer.plan import MAX_PATCHES_DENSE, MAX_RAYS, Plan, make_plan
 from renderer.readings.uncertainty import half_widths
+from renderer.solution import Rooms
 
 UP = [0, 0, 1]
 
@@ -67,6 +68,28 @@ def test_a_plan_is_made_finer_only_within_memory():
     rays = Plan(0.1, 256, ())
     assert rays.finer(1000, mesh=0.1, sampling=1.2).rays == 4 * 256
     assert rays.finer(10**7, mesh=0.1, sampling=1.2) is None
+    for patches in (5000, 20_000, 60_000):  # finer patches leave fewer rays to each
+        both = Plan(0.1, 8192, ()).finer(patches, mesh=9.0, sampling=0.0)
+        assert MAX_RAYS / 4 < both.rays * patches * (0.1 / both.patch_size) ** 2 <= MAX_RAYS
+
+
+def test_a_room_asked_for_very_finely_has_as_many_rays_as_memory_holds():
+    scene = renderer.load("furnished_room")
+    for patch_size in (None, 0.02, 0.011):
+        plan = make_plan(scene, 0.0001, patch_size)
+        patches = (scene.room.area + sum(solid.mesh.area for solid in scene.solids)) / plan.patch_size**2
+        assert plan.rays * patches <= MAX_RAYS
+
+
+def test_rooms_past_what_memory_holds_are_let_go_oldest_first(room, monkeypatch):
+    rooms, scene = Rooms(), room()
+    first, second, third = (Plan(size, 0, ()) for size in (1.0, 0.8, 0.6))
+    small = rooms.transport(scene, first, 0)
+    monkeypatch.setattr("renderer.solution.KEPT", small.factors)
+    rooms.transport(scene, second, 0)
+    assert rooms.transport(scene, first, 0) is small
+    rooms.transport(scene, third, 0)
+    assert [key[1] for key in rooms.kept] == [0.6]
 
 
 def test_the_error_of_three_bands_is_named_and_a_grey_room_has_none(room):

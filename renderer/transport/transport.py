@@ -163,6 +163,12 @@ class Transport:
         """In how many independent samples light is known; 1 where no ray is cast."""
         return independent_parts(len(self.mesh.patches), self.rays_per_patch)
 
+    @property
+    def factors(self) -> int:
+        """How many factors its operator holds at most."""
+        n = len(self.mesh.patches)
+        return n * min(n, 2 * self.rays_per_patch or n)
+
     def at_vertices(self, radiosity: np.ndarray, received: np.ndarray, sample: int | None,
                     shown: bool) -> np.ndarray:
         """What each vertex receives by way of the patches (n_vertices, n_bands).
