@@ -4,6 +4,9 @@ import csv
 import os
 import shutil
 import signal
+import subprocess
+import sys
+import time
 from multiprocessing import active_children
 
 import pytest
@@ -134,6 +137,31 @@ def test_faults_are_found_before_any_work(tmp_path, text, says):
         study(tmp_path, text=text)
     assert says in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_a_killed_sweep_leaves_no_worker_and_loses_no_room(tmp_path, how):
+    many = [round(0.001 * k, 3) for k in range(1, 400)]
+    study(tmp_path, many)
+    process = subprocess.Popen([sys.executable, "-m", "renderer", "sweep", "paints.toml", "--accuracy", "20%",
+                                "--bands", "rgb", "--quiet", "--out", "."], cwd=tmp_path, text=True,
+                               stderr=subprocess.PIPE)
+    journal = tmp_path / ".paints.journal"
+    while not (journal.is_file() and len(Journal(journal).done) > 0):
+        time.sleep(0.05)
+        assert process.poll() is None
+    before = Journal(journal).done
+    process.send_signal(how)
+    try:
+        _, said = process.communicate(timeout=20)  # to the end of what the workers, too, may write to
+    except subprocess.TimeoutExpired:
+        pytest.fail("workers are left")
+    assert Journal(journal).done.keys() >= before.keys()
+    assert not (tmp_path / "paints.csv").exists()
+    if how == signal.SIGTERM:
+        assert process.returncode == 143
+        assert said.count("\n") == 1
+        assert "the same command goes on from there" in said
 
 
 def test_every_measured_chip_is_a_star(tmp_path):

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from signal import SIG_IGN, SIGINT, signal
+from threading import Thread
 
 from renderer.accuracy import solve_and_read
 from renderer.cache import user_cache
@@ -127,8 +128,7 @@ def _on_cores(batches: list[Batch]) -> Iterator[list]:
     left, deaths = dict(enumerate(batches)), 0
     workers = max(1, min(os.cpu_count() or 1, len(batches)))
     while left:
-        # The terminal's Ctrl-C is for this process, which then ends its workers.
-        pool = ProcessPoolExecutor(workers, get_context("spawn"), signal, (SIGINT, SIG_IGN))
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), _heed_parent)
         try:
             running = {pool.submit(batch.run): number for number, batch in left.items()}
             for future in as_completed(running):
@@ -145,6 +145,17 @@ def _on_cores(batches: list[Batch]) -> Iterator[list]:
             for worker in active_children() if left else ():
                 worker.terminate()
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _heed_parent() -> None:
+    """In a worker: Ctrl-C is for the parent, which then ends its workers; if it dies, they end themselves."""
+    signal(SIGINT, SIG_IGN)
+
+    def end_with_it() -> None:
+        parent_process().join()
+        os._exit(1)
+
+    Thread(target=end_with_it, daemon=True).start()
 
 
 def _on_cluster(batches: list[Batch], scheduler: str) -> Iterator[list]:
