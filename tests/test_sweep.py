@@ -13,7 +13,7 @@ import pytest
 
 import renderer
 from renderer.errors import InputError
-from renderer.studies.sweep import read_study
+from renderer.studies.sweep import read_study, scene_of
 from renderer.studies.sweep_runs import Journal, sweep
 
 STUDY = """
@@ -130,6 +130,9 @@ def test_a_room_that_cannot_be_solved_is_a_row_that_says_so(tmp_path):
     ('scenes = ["grey_room"]\n[vary]\n"luminaires.0.spectrum" = ["A", "A"]', "twice"),
     ('scenes = ["grey_room"]\n[vary]\n"luminaires.0.spectrum" = "A"', "must be a list"),
     ('scenes = ["grey_room"]\n[vary]\n"solver.bands" = ["rgb", "31"]', "--bands is given"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.grey.reflectance" = [nan]', "must be a finite number"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.grey.reflectance" = [0.1, inf]', "must be"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.grey.rgb" = [[0.1, nan, 0.1]]', "must be a finite number"),
     ('scenes = ["nowhere"]\n[vary]\n"luminaires.0.flux" = [100.0]', "does not exist"),
 ])
 def test_faults_are_found_before_any_work(tmp_path, text, says):
@@ -137,6 +140,58 @@ def test_faults_are_found_before_any_work(tmp_path, text, says):
         study(tmp_path, text=text)
     assert says in str(error.value)
     assert "\n" not in str(error.value)
+
+
+ROOM = """
+[room]
+size = [4, 4, 3]
+floor = "paint"
+walls = "paint"
+ceiling = "paint"
+[materials.paint]
+spectrum = "p1.csv"
+[[luminaires]]
+shape = "point"
+center = [2, 2, 2]
+flux = {flux}
+[[photometers]]
+position = [1, 1, 0]
+"""
+
+
+@pytest.fixture
+def painted(tmp_path):
+    """A folder with a room of two paints, and the same room with twice the light in a folder below."""
+    (tmp_path / "sub").mkdir()
+    for folder, flux in ((tmp_path, 1000), (tmp_path / "sub", 2000)):
+        (folder / "a.toml").write_text(ROOM.format(flux=flux))
+        (folder / "p1.csv").write_text("wavelength_nm,reflectance\n400,0.2\n700,0.2\n")
+        (folder / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.3\n700,0.3\n")
+    return tmp_path
+
+
+CASES = {"room.size": [[4, 4, 3], [6, 6, 3]], "photometers.0.position": [[2, 2, 0], [5, 5, 0]]}
+
+
+@pytest.mark.parametrize("backwards", [(), ("room.size",), ("photometers.0.position",), tuple(CASES)])
+def test_values_that_fit_with_some_others_are_no_fault_in_any_order(painted, backwards):
+    vary = "".join(f"{key!r} = {each[::-1] if key in backwards else each}\n" for key, each in CASES.items())
+    read = study(painted, text=f'scenes = ["a.toml"]\n[vary]\n{vary}')
+    refused = []
+    for case in read.cases():
+        try:
+            scene_of(read.bases[0], case.values)
+        except InputError as error:
+            refused.append((case.values["room.size"], str(error)))
+    ((size, says),) = refused
+    assert size == [4, 4, 3]
+    assert "outside the room" in says
+
+
+def test_a_value_that_fits_with_none_of_the_others_is_refused(painted):
+    vary = '"room.size" = [[4, 4, 3], [6, 6, 3]]\n"photometers.0.position" = [[2, 2, 0], [7, 7, 0]]'
+    with pytest.raises(InputError, match=r"position' = \[7, 7, 0\]: .*outside the room"):
+        study(painted, text=f'scenes = ["a.toml"]\n[vary]\n{vary}')
 
 
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])

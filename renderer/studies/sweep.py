@@ -5,9 +5,10 @@ import difflib
 import hashlib
 import itertools
 import json
+import math
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from renderer.colour.tables import munsell_chips
@@ -21,6 +22,8 @@ INSTEAD = (("reflectance", "spectrum", "rgb", "srgb", "munsell"), ("spectrum", "
            ("flux", "luminance", "intensity"))
 """Keys of a scene file of which one takes another's place."""
 EVERY_CHIP = "*"
+TRIED = 1000
+"""Rooms at most in which a value is tried before it is refused, or left to a row that says why."""
 
 
 @dataclass(frozen=True)
@@ -119,16 +122,44 @@ def _values(path: Path, key: str, values) -> list:
 
 
 def _try_every_value(study: Study) -> None:
+    """Refuse a value that is at fault whatever the other keys' values are. Raises InputError."""
     first = {key: values[0] for key, values in study.vary.items()}
     for base in study.bases:
+        tried = base
+        if _fault(base, first) is None:
+            tried = replace(base, scene=scene_of(base, first), table=table_of(base, first))
         for key, values in study.vary.items():
+            others = {other: each for other, each in study.vary.items() if other != key}
             for value in values:
-                try:
-                    if value == first[key]:
-                        tried = Base(scene_of(base, first), table_of(base, first), base.files)
-                    scene_of(tried, {key: value})
-                except InputError as error:
-                    raise InputError(f"{study.path}: vary.{key!r} = {value!r}: {error}") from None
+                case = {**first, key: value}
+                fault = _fault(tried, case)
+                if fault is not None and _stays(tried, case, others, fault):
+                    raise InputError(f"{study.path}: vary.{key!r} = {value!r}: {fault}")
+
+
+def _fault(base: Base, values: dict[str, object]) -> str | None:
+    """Why a base cannot have those values; None where it can."""
+    try:
+        scene_of(base, values)
+    except InputError as error:
+        return str(error)
+    return None
+
+
+def _stays(base: Base, case: dict[str, object], others: dict[str, list], fault: str) -> bool:
+    """Whether a case is at fault whatever the other keys' values are, as far as TRIED rooms can tell."""
+    said = {fault}
+    for key, values in others.items():
+        for value in values[1:]:
+            said.add(_fault(base, {**case, key: value}))
+            if None in said:
+                return False
+    if said == {fault}:
+        return True  # the others have no part in it
+    if math.prod(map(len, others.values())) > TRIED:
+        return False
+    return all(_fault(base, {**case, **dict(zip(others, values, strict=True))})
+               for values in itertools.product(*others.values()))
 
 
 def scene_of(base: Base, values: dict[str, object]) -> Scene:
