@@ -129,3 +129,12 @@ def code() -> str:
     versions = [version(name) for name in ("numpy", "scipy", "embreex", "trimesh", "shapely")]
     texts = [path.read_text(encoding="utf-8") for path in sources]
     return _digest("".join([*versions, *texts]).encode()).hex()
+
+
+@cache
+def program() -> str:
+    """What readings depend on beside a scene and its files: all of this program and its tables, and its
+    packages."""
+    package = Path(__file__).parent
+    sources = sorted([*package.rglob("*.py"), *package.glob("colour/data/*.csv*")])
+    return _digest(b"".join([code().encode(), *(path.read_bytes() for path in sources)])).hex()

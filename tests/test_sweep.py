@@ -13,7 +13,8 @@ import pytest
 
 import renderer
 from renderer.errors import InputError
-from renderer.studies.sweep import read_study, scene_of
+from renderer.studies import sweep as studies
+from renderer.studies.sweep import identity, read_study, scene_of
 from renderer.studies.sweep_runs import Journal, sweep
 
 STUDY = """
@@ -133,6 +134,8 @@ def test_a_room_that_cannot_be_solved_is_a_row_that_says_so(tmp_path):
     ('scenes = ["grey_room"]\n[vary]\n"materials.grey.reflectance" = [nan]', "must be a finite number"),
     ('scenes = ["grey_room"]\n[vary]\n"materials.grey.reflectance" = [0.1, inf]', "must be"),
     ('scenes = ["grey_room"]\n[vary]\n"materials.grey.rgb" = [[0.1, nan, 0.1]]', "must be a finite number"),
+    ('scenes = ["grey_room"]\n[vary]\n"photometers" = [[]]', "photometers is empty"),
+    ('scenes = ["grey_room", "grey_room.toml"]\n[vary]\n"luminaires.0.flux" = [9.0]', "'grey_room.toml' t"),
     ('scenes = ["nowhere"]\n[vary]\n"luminaires.0.flux" = [100.0]', "does not exist"),
 ])
 def test_faults_are_found_before_any_work(tmp_path, text, says):
@@ -168,6 +171,55 @@ def painted(tmp_path):
         (folder / "p1.csv").write_text("wavelength_nm,reflectance\n400,0.2\n700,0.2\n")
         (folder / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.3\n700,0.3\n")
     return tmp_path
+
+
+PAINTS = 'scenes = {scenes}\n[vary]\n"materials.paint.spectrum" = ["p1.csv", "p2.csv"]'
+
+
+def names(read):
+    return [identity(read.bases[case.base], case) for case in read.cases()]
+
+
+def test_a_changed_file_that_only_a_value_names_is_read_again(painted):
+    text = PAINTS.format(scenes='["a.toml"]')
+
+    def swept():
+        files, now, _ = sweep(study(painted, text=text), painted, False, None, lambda step: None)
+        return now, [float(row["total_lx"]) for row in rows(files)]
+
+    (now, before), (again, same) = swept(), swept()
+    assert (now, again) == (2, 0)
+    assert same == before
+    (painted / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.9\n700,0.9\n")
+    now, after = swept()
+    assert now == 1
+    assert after[0] == before[0]
+    assert after[1] > 1.5 * before[1]
+
+
+def test_a_room_is_the_same_wherever_it_is_called_from_and_not_with_another_program(painted, monkeypatch):
+    text = PAINTS.format(scenes='["a.toml"]')
+    first = names(study(painted, text=text))
+    monkeypatch.chdir(painted / "sub")
+    assert names(read_study(painted / "sub" / ".." / "paints.toml", 0.2, "rgb", None)) == first
+    monkeypatch.chdir(painted)
+    assert names(read_study(studies.Path("paints.toml"), 0.2, "rgb", None)) == first
+    monkeypatch.setattr(studies, "program", lambda: "another version")
+    assert not set(names(study(painted, text=text))) & set(first)
+
+
+def test_a_file_changed_under_way_stops_the_sweep(painted):
+    read = study(painted, text=PAINTS.format(scenes='["a.toml"]'))
+    (painted / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.9\n700,0.9\n")
+    with pytest.raises(InputError, match="not what it was when the study was read"):
+        sweep(read, painted, False, None, lambda step: None)
+
+
+def test_rooms_of_one_name_are_told_apart_and_others_keep_theirs(painted):
+    shutil.copy(painted / "a.toml", painted / "sub" / "b.toml")
+    text = PAINTS.format(scenes='["a.toml", "sub/a.toml", "sub/b.toml"]')
+    files, *_ = sweep(study(painted, text=text), painted, False, None, lambda step: None)
+    assert [row["scene"] for row in rows(files)[::2]] == ["a.toml", "sub/a.toml", "b"]
 
 
 CASES = {"room.size": [[4, 4, 3], [6, 6, 3]], "photometers.0.position": [[2, 2, 0], [5, 5, 0]]}

@@ -20,7 +20,7 @@ from renderer.files import whole_file
 from renderer.readings.alpha_opic import equivalent_daylight
 from renderer.solution import Progress, Rooms
 from renderer.studies.cluster import as_done, connected
-from renderer.studies.sweep import Base, Case, Study, identity, scene_of
+from renderer.studies.sweep import Base, Case, Study, contents, identity, scene_of
 
 BATCH, PIECES = 16, 4
 """Most rooms in one piece of work, done again when a worker dies; fewest pieces a worker."""
@@ -34,15 +34,20 @@ Rows = list[dict]
 
 @dataclass(frozen=True)
 class Batch:
-    """Rooms of one base, which share their form factors where geometry is not varied."""
+    """Rooms of one base, by identity, which share their form factors where geometry is not varied."""
 
     base: Base
-    cases: list[Case]
+    cases: dict[str, Case]
     cached: bool
 
     def run(self) -> list[tuple[str, Rows]]:
-        """Each case's identity, and its rows."""
-        return [(identity(self.base, case), rows_of(self.base, case, rooms_for(self))) for case in self.cases]
+        """Each case's identity, and its rows. Raises InputError where a file is not what it was."""
+        done = [(name, rows_of(self.base, case, rooms_for(self))) for name, case in self.cases.items()]
+        path, files = self.base.scene.path, self.base.files
+        if contents(path.parent, files) != files:
+            raise InputError(f"{path}: a file that it names is not what it was when the study was read. Give "
+                             "the same command again.")
+        return done
 
 
 _kept: dict[str, Rooms] = {}
@@ -65,7 +70,8 @@ def rows_of(base: Base, case: Case, rooms: Rooms) -> Rows:
             rooms = Rooms(rooms.cache)
         _, readings = solve_and_read(scene, rooms=rooms)
     except (InputError, SolveError) as error:
-        return [{**dict.fromkeys(READ), "fault": str(error)}]
+        fault = str(error).removeprefix(f"{base.scene.path}: ")  # wherever it lies: the row names the room
+        return [{**dict.fromkeys(READ), "fault": fault}]
     rows = []
     for reading in readings:
         x = y = opic = None
@@ -108,11 +114,12 @@ def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
 
     scheduler : address of a Dask scheduler; None for the cores here. Raises InputError or SolveError.
     """
-    journal = Journal(out / f".{study.path.stem}.journal")
-    todo = [case for case in study.cases() if identity(study.bases[case.base], case) not in journal.done]
+    journal, table = Journal(out / f".{study.path.stem}.journal"), out / f"{study.path.stem}.csv"
+    todo = {name: case for case in study.cases()
+            if (name := identity(study.bases[case.base], case)) not in journal.done}
     size = max(1, min(BATCH, len(todo) // (PIECES * (os.cpu_count() or 1))))
-    batches = [Batch(base, cases[k : k + size], cached) for number, base in enumerate(study.bases)
-               if (cases := [case for case in todo if case.base == number])
+    batches = [Batch(base, dict(cases[k : k + size]), cached) for number, base in enumerate(study.bases)
+               if (cases := [each for each in todo.items() if each[1].base == number])
                for k in range(0, len(cases), size)]
     total, finished = len(study), len(study) - len(todo)
     progress(f"{study.path.name}: {finished} of {total} rooms are done already")
@@ -120,7 +127,7 @@ def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
         journal.add(results)
         finished += len(results)
         progress(f"{study.path.name}: {finished} of {total} rooms")
-    return [_table(study, journal, out / f"{study.path.stem}.csv")], len(todo), total
+    return [_table(study, journal, table)], len(todo), total
 
 
 def _on_cores(batches: list[Batch]) -> Iterator[list]:
@@ -177,5 +184,5 @@ def _table(study: Study, journal: Journal, path: Path) -> Path:
             base = study.bases[case.base]
             values = [v if isinstance(v, (str, int, float)) else json.dumps(v) for v in case.values.values()]
             for row in journal.done[identity(base, case)]:
-                writer.writerow([base.scene.path.stem, *values, *(row[key] for key in READ)])
+                writer.writerow([base.name, *values, *(row[key] for key in READ)])
     return path
