@@ -1,6 +1,7 @@
 """Studies of many rooms: every combination once, whatever dies on the way."""
 
 import csv
+import json
 import os
 import shutil
 import signal
@@ -15,7 +16,7 @@ import renderer
 from renderer.errors import InputError
 from renderer.studies import sweep as studies
 from renderer.studies.sweep import identity, read_study, scene_of
-from renderer.studies.sweep_runs import Journal, sweep
+from renderer.studies.sweep_runs import READ, Journal, sweep
 
 STUDY = """
 scenes = [{scenes}]
@@ -85,7 +86,7 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path):
     assert now == 16
     assert settings(rows(files)) == EVERY
     lines = (tmp_path / ".paints.journal").read_text().splitlines()
-    assert len(lines) == len(set(lines)) == 16
+    assert len(lines) == len(set(lines)) == 1 + 16  # whose it is, and the rooms
 
 
 def test_an_interrupted_sweep_goes_on_where_it_was(finished):
@@ -93,7 +94,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(finished):
     first = table.read_bytes()
     journal = finished / ".paints.journal"
     lines = journal.read_text().splitlines(keepends=True)
-    journal.write_text("".join(lines[:11]) + lines[11][:40])  # died in the middle of a line
+    journal.write_text("".join(lines[:12]) + lines[12][:40])  # died in the middle of a line
     table.unlink()
     files, now, total = sweep(study(finished), finished, False, None, lambda step: None)
     assert (now, total) == (5, 16)
@@ -222,6 +223,19 @@ def test_rooms_of_one_name_are_told_apart_and_others_keep_theirs(painted):
     assert [row["scene"] for row in rows(files)[::2]] == ["a.toml", "sub/a.toml", "b"]
 
 
+def test_another_studys_table_is_not_overwritten(painted):
+    text = PAINTS.format(scenes='["a.toml"]')
+    sweep(study(painted, text=text), painted, False, None, lambda step: None)
+    table = (painted / "paints.csv").read_bytes()
+    below = study(painted / "sub", text=PAINTS.format(scenes='["../a.toml"]'))
+    with pytest.raises(InputError, match="is of another study") as error:
+        sweep(below, painted, False, None, lambda step: None)
+    assert "\n" not in str(error.value)
+    assert (painted / "paints.csv").read_bytes() == table
+    (painted / "paints.toml").unlink()  # moved below, say
+    assert sweep(below, painted, False, None, lambda step: None)[1] == 0
+
+
 CASES = {"room.size": [[4, 4, 3], [6, 6, 3]], "photometers.0.position": [[2, 2, 0], [5, 5, 0]]}
 
 
@@ -244,6 +258,14 @@ def test_a_value_that_fits_with_none_of_the_others_is_refused(painted):
     vary = '"room.size" = [[4, 4, 3], [6, 6, 3]]\n"photometers.0.position" = [[2, 2, 0], [7, 7, 0]]'
     with pytest.raises(InputError, match=r"position' = \[7, 7, 0\]: .*outside the room"):
         study(painted, text=f'scenes = ["a.toml"]\n[vary]\n{vary}')
+
+
+@pytest.mark.parametrize("damage", [b"5", b"null", b"[[],[]]", b'["x", [{}]]', b'["x", []]', b"\xff\xfe",
+                                    b"{}", b"[" * 100_000])
+def test_a_damaged_line_of_the_journal_is_not_done(tmp_path, damage):
+    good = ["id", [dict.fromkeys(READ)]]
+    (tmp_path / ".j").write_bytes(damage + b"\n" + json.dumps(good).encode() + b"\n" + damage)
+    assert Journal(tmp_path / ".j").done == {"id": good[1]}
 
 
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])

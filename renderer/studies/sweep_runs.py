@@ -85,27 +85,50 @@ def rows_of(base: Base, case: Case, rooms: Rooms) -> Rows:
 
 
 class Journal:
-    """What is done so far, one line a room; a line cut short by an interruption is not done."""
+    """What is done so far, one line a room; a line cut short by an interruption, or damaged, is not done.
+
+    study : where the study lies that the table beside it is of, seen from there; None if that is not known
+    """
 
     def __init__(self, path: Path):
-        self.path, self.done = path, {}
-        if path.is_file():
-            for line in path.read_text(encoding="utf-8").splitlines():
-                try:
-                    name, rows = json.loads(line)
-                except ValueError:
-                    continue
-                self.done[name] = rows
+        self.path, self.done, self.study = path, {}, None
+        for line in path.read_bytes().splitlines() if path.is_file() else ():
+            try:
+                said = json.loads(line)
+            except (ValueError, RecursionError):
+                continue
+            match said:
+                case {"study": str(study)}:
+                    self.study = study
+                case [str(name), [_, *_] as rows] if all(isinstance(r, dict) and r.keys() >= set(READ)
+                                                         for r in rows):
+                    self.done[name] = rows
+
+    def own(self, study: Path, table: Path) -> None:
+        """Write down whose table it is. Raises InputError where it is another study's."""
+        folder, mine = self.path.parent.resolve(), study.resolve()
+        owner = folder / self.study if self.study is not None else mine
+        if table.is_file() and owner.is_file() and not owner.samefile(mine):
+            raise InputError(f"{table} is of another study, {owner.resolve()}. Give another --out, or rename "
+                             "one of them.")
+        said = os.path.relpath(mine, folder) if mine.anchor == folder.anchor else str(mine)
+        if said != self.study:
+            self._write([{"study": said}])
+            self.study = said
 
     def add(self, results: list[tuple[str, Rows]]) -> None:
         """Write rooms down, so that they stay whatever happens next."""
         new = [(name, rows) for name, rows in results if name not in self.done]
+        self._write(new)
+        self.done.update(new)
+
+    def _write(self, lines: list) -> None:
         torn = self.path.is_file() and self.path.stat().st_size and self.path.read_bytes()[-1:] != b"\n"
         with self.path.open("a", encoding="utf-8") as file:
-            file.write("\n" * bool(torn) + "".join(json.dumps(each, allow_nan=False) + "\n" for each in new))
+            file.write("\n" * bool(torn))
+            file.writelines(json.dumps(line, allow_nan=False) + "\n" for line in lines)
             file.flush()
             os.fsync(file.fileno())
-        self.done.update(new)
 
 
 def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
@@ -115,6 +138,7 @@ def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
     scheduler : address of a Dask scheduler; None for the cores here. Raises InputError or SolveError.
     """
     journal, table = Journal(out / f".{study.path.stem}.journal"), out / f"{study.path.stem}.csv"
+    journal.own(study.path, table)
     todo = {name: case for case in study.cases()
             if (name := identity(study.bases[case.base], case)) not in journal.done}
     size = max(1, min(BATCH, len(todo) // (PIECES * (os.cpu_count() or 1))))
