@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib.metadata import version
 from pathlib import Path
+from stat import S_ISREG
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -43,9 +45,9 @@ class Cache:
         except OSError:
             held = None
         if held is not None:
-            if held[:DIGEST] == _digest(held[DIGEST:]):
-                with np.load(io.BytesIO(held[DIGEST:]), allow_pickle=False) as file:
-                    return dict(file)
+            arrays = _unpacked(held[DIGEST:]) if held[:DIGEST] == _digest(held[DIGEST:]) else None
+            if arrays is not None:
+                return arrays
             warnings.warn(f"{path} is damaged; what it held is computed anew.", CacheWarning,
                           stacklevel=2)
         made = make()
@@ -93,7 +95,8 @@ class Cache:
                 status = path.stat()
             except OSError:
                 continue
-            found.append((status.st_mtime, status.st_size, path))
+            if S_ISREG(status.st_mode):
+                found.append((status.st_mtime, status.st_size, path))
         return found
 
 
@@ -102,6 +105,16 @@ def user_cache() -> Cache:
     from platformdirs import user_cache_path
 
     return Cache(user_cache_path("renderer"))
+
+
+def _unpacked(data: bytes) -> Arrays | None:
+    """The arrays of an .npz file; None where it is none."""
+    try:
+        with np.lib.npyio.NpzFile(io.BytesIO(data), allow_pickle=False) as file:
+            arrays = dict(file)
+    except (BadZipFile, OSError, EOFError, ValueError):
+        return None
+    return arrays if all(isinstance(array, np.ndarray) for array in arrays.values()) else None
 
 
 def _digest(data) -> bytes:
@@ -116,3 +129,12 @@ def code() -> str:
     versions = [version(name) for name in ("numpy", "scipy", "embreex", "trimesh", "shapely")]
     texts = [path.read_text(encoding="utf-8") for path in sources]
     return _digest("".join([*versions, *texts]).encode()).hex()
+
+
+@cache
+def program() -> str:
+    """What readings depend on beside a scene and its files: all of this program and its tables, and its
+    packages."""
+    package = Path(__file__).parent
+    sources = sorted([*package.rglob("*.py"), *package.glob("colour/data/*.csv*")])
+    return _digest(b"".join([code().encode(), *(path.read_bytes() for path in sources)])).hex()

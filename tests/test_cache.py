@@ -3,6 +3,7 @@
 import json
 import os
 import warnings
+from io import BytesIO
 from multiprocessing import get_context
 
 import numpy as np
@@ -36,7 +37,7 @@ def test_what_is_kept_is_what_was_made(tmp_path):
     assert kept.arrays("two", lambda: made(2.0))["a"][0] == 2.0
 
 
-@pytest.mark.parametrize("damage", ["cut", "flip", "empty", "text"])
+@pytest.mark.parametrize("damage", ["cut", "flip", "empty", "text", "no arrays", "nothing", "one array"])
 def test_a_damaged_file_is_made_anew_with_a_warning(tmp_path, damage):
     kept = Cache(tmp_path)
     kept.arrays("one", made)
@@ -44,7 +45,11 @@ def test_a_damaged_file_is_made_anew_with_a_warning(tmp_path, damage):
     held = bytearray(path.read_bytes())
     if damage == "flip":
         held[len(held) // 2] ^= 1
-    path.write_bytes({"cut": held[:-7], "flip": held, "empty": b"", "text": b"not arrays"}[damage])
+    one = BytesIO()
+    np.save(one, np.zeros(3))
+    checked = {name: cache._digest(data) + data for name, data in
+               {"no arrays": b"not arrays", "nothing": b"", "one array": one.getvalue()}.items()}
+    path.write_bytes({"cut": held[:-7], "flip": held, "empty": b"", "text": b"not arrays", **checked}[damage])
     with pytest.warns(CacheWarning, match="damaged"):
         assert kept.arrays("one", lambda: made(3.0))["a"][0] == 3.0
     assert kept.arrays("one", never)["a"][0] == 3.0
@@ -63,6 +68,15 @@ def test_the_file_not_used_for_longest_goes_first(tmp_path, monkeypatch):
     kept.arrays("d", made)
     assert not oldest.exists()
     assert len(list(tmp_path.glob("*.kept"))) == 3
+
+
+def test_a_folder_of_that_name_is_left_alone(tmp_path):
+    kept = Cache(tmp_path)
+    kept.arrays("one", made)
+    (tmp_path / "something.kept").mkdir()
+    assert kept.size[0] == 1
+    kept.clear()
+    assert [path.name for path in tmp_path.iterdir()] == ["something.kept"]
 
 
 def test_what_is_too_large_is_not_kept(tmp_path, monkeypatch):

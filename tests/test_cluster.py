@@ -85,7 +85,7 @@ def test_a_task_that_kills_every_worker_is_said_in_one_sentence(cluster):
 
 
 def test_workers_with_another_program_are_refused(cluster, monkeypatch):
-    monkeypatch.setattr(module, "code", os.getpid)
+    monkeypatch.setattr(module, "program", os.getpid)
     with pytest.raises(InputError, match="has another renderer"):
         rows_on(cluster.scheduler_address)
 

@@ -1,17 +1,22 @@
 """Studies of many rooms: every combination once, whatever dies on the way."""
 
 import csv
+import json
 import os
 import shutil
 import signal
+import subprocess
+import sys
+import time
 from multiprocessing import active_children
 
 import pytest
 
 import renderer
 from renderer.errors import InputError
-from renderer.studies.sweep import read_study
-from renderer.studies.sweep_runs import Journal, sweep
+from renderer.studies import sweep as studies
+from renderer.studies.sweep import identity, read_study, scene_of
+from renderer.studies.sweep_runs import READ, Journal, sweep
 
 STUDY = """
 scenes = [{scenes}]
@@ -81,7 +86,7 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path):
     assert now == 16
     assert settings(rows(files)) == EVERY
     lines = (tmp_path / ".paints.journal").read_text().splitlines()
-    assert len(lines) == len(set(lines)) == 16
+    assert len(lines) == len(set(lines)) == 1 + 16  # whose it is, and the rooms
 
 
 def test_an_interrupted_sweep_goes_on_where_it_was(finished):
@@ -89,7 +94,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(finished):
     first = table.read_bytes()
     journal = finished / ".paints.journal"
     lines = journal.read_text().splitlines(keepends=True)
-    journal.write_text("".join(lines[:11]) + lines[11][:40])  # died in the middle of a line
+    journal.write_text("".join(lines[:12]) + lines[12][:40])  # died in the middle of a line
     table.unlink()
     files, now, total = sweep(study(finished), finished, False, None, lambda step: None)
     assert (now, total) == (5, 16)
@@ -127,6 +132,11 @@ def test_a_room_that_cannot_be_solved_is_a_row_that_says_so(tmp_path):
     ('scenes = ["grey_room"]\n[vary]\n"luminaires.0.spectrum" = ["A", "A"]', "twice"),
     ('scenes = ["grey_room"]\n[vary]\n"luminaires.0.spectrum" = "A"', "must be a list"),
     ('scenes = ["grey_room"]\n[vary]\n"solver.bands" = ["rgb", "31"]', "--bands is given"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.grey.reflectance" = [nan]', "must be a finite number"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.grey.reflectance" = [0.1, inf]', "must be"),
+    ('scenes = ["grey_room"]\n[vary]\n"materials.grey.rgb" = [[0.1, nan, 0.1]]', "must be a finite number"),
+    ('scenes = ["grey_room"]\n[vary]\n"photometers" = [[]]', "photometers is empty"),
+    ('scenes = ["grey_room", "grey_room.toml"]\n[vary]\n"luminaires.0.flux" = [9.0]', "'grey_room.toml' t"),
     ('scenes = ["nowhere"]\n[vary]\n"luminaires.0.flux" = [100.0]', "does not exist"),
 ])
 def test_faults_are_found_before_any_work(tmp_path, text, says):
@@ -134,6 +144,153 @@ def test_faults_are_found_before_any_work(tmp_path, text, says):
         study(tmp_path, text=text)
     assert says in str(error.value)
     assert "\n" not in str(error.value)
+
+
+ROOM = """
+[room]
+size = [4, 4, 3]
+floor = "paint"
+walls = "paint"
+ceiling = "paint"
+[materials.paint]
+spectrum = "p1.csv"
+[[luminaires]]
+shape = "point"
+center = [2, 2, 2]
+flux = {flux}
+[[photometers]]
+position = [1, 1, 0]
+"""
+
+
+@pytest.fixture
+def painted(tmp_path):
+    """A folder with a room of two paints, and the same room with twice the light in a folder below."""
+    (tmp_path / "sub").mkdir()
+    for folder, flux in ((tmp_path, 1000), (tmp_path / "sub", 2000)):
+        (folder / "a.toml").write_text(ROOM.format(flux=flux))
+        (folder / "p1.csv").write_text("wavelength_nm,reflectance\n400,0.2\n700,0.2\n")
+        (folder / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.3\n700,0.3\n")
+    return tmp_path
+
+
+PAINTS = 'scenes = {scenes}\n[vary]\n"materials.paint.spectrum" = ["p1.csv", "p2.csv"]'
+
+
+def names(read):
+    return [identity(read.bases[case.base], case) for case in read.cases()]
+
+
+def test_a_changed_file_that_only_a_value_names_is_read_again(painted):
+    text = PAINTS.format(scenes='["a.toml"]')
+
+    def swept():
+        files, now, _ = sweep(study(painted, text=text), painted, False, None, lambda step: None)
+        return now, [float(row["total_lx"]) for row in rows(files)]
+
+    (now, before), (again, same) = swept(), swept()
+    assert (now, again) == (2, 0)
+    assert same == before
+    (painted / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.9\n700,0.9\n")
+    now, after = swept()
+    assert now == 1
+    assert after[0] == before[0]
+    assert after[1] > 1.5 * before[1]
+
+
+def test_a_room_is_the_same_wherever_it_is_called_from_and_not_with_another_program(painted, monkeypatch):
+    text = PAINTS.format(scenes='["a.toml"]')
+    first = names(study(painted, text=text))
+    monkeypatch.chdir(painted / "sub")
+    assert names(read_study(painted / "sub" / ".." / "paints.toml", 0.2, "rgb", None)) == first
+    monkeypatch.chdir(painted)
+    assert names(read_study(studies.Path("paints.toml"), 0.2, "rgb", None)) == first
+    monkeypatch.setattr(studies, "program", lambda: "another version")
+    assert not set(names(study(painted, text=text))) & set(first)
+
+
+def test_a_file_changed_under_way_stops_the_sweep(painted):
+    read = study(painted, text=PAINTS.format(scenes='["a.toml"]'))
+    (painted / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.9\n700,0.9\n")
+    with pytest.raises(InputError, match="not what it was when the study was read"):
+        sweep(read, painted, False, None, lambda step: None)
+
+
+def test_rooms_of_one_name_are_told_apart_and_others_keep_theirs(painted):
+    shutil.copy(painted / "a.toml", painted / "sub" / "b.toml")
+    text = PAINTS.format(scenes='["a.toml", "sub/a.toml", "sub/b.toml"]')
+    files, *_ = sweep(study(painted, text=text), painted, False, None, lambda step: None)
+    assert [row["scene"] for row in rows(files)[::2]] == ["a.toml", "sub/a.toml", "b"]
+
+
+def test_another_studys_table_is_not_overwritten(painted):
+    text = PAINTS.format(scenes='["a.toml"]')
+    sweep(study(painted, text=text), painted, False, None, lambda step: None)
+    table = (painted / "paints.csv").read_bytes()
+    below = study(painted / "sub", text=PAINTS.format(scenes='["../a.toml"]'))
+    with pytest.raises(InputError, match="is of another study") as error:
+        sweep(below, painted, False, None, lambda step: None)
+    assert "\n" not in str(error.value)
+    assert (painted / "paints.csv").read_bytes() == table
+    (painted / "paints.toml").unlink()  # moved below, say
+    assert sweep(below, painted, False, None, lambda step: None)[1] == 0
+
+
+CASES = {"room.size": [[4, 4, 3], [6, 6, 3]], "photometers.0.position": [[2, 2, 0], [5, 5, 0]]}
+
+
+@pytest.mark.parametrize("backwards", [(), ("room.size",), ("photometers.0.position",), tuple(CASES)])
+def test_values_that_fit_with_some_others_are_no_fault_in_any_order(painted, backwards):
+    vary = "".join(f"{key!r} = {each[::-1] if key in backwards else each}\n" for key, each in CASES.items())
+    read = study(painted, text=f'scenes = ["a.toml"]\n[vary]\n{vary}')
+    refused = []
+    for case in read.cases():
+        try:
+            scene_of(read.bases[0], case.values)
+        except InputError as error:
+            refused.append((case.values["room.size"], str(error)))
+    ((size, says),) = refused
+    assert size == [4, 4, 3]
+    assert "outside the room" in says
+
+
+def test_a_value_that_fits_with_none_of_the_others_is_refused(painted):
+    vary = '"room.size" = [[4, 4, 3], [6, 6, 3]]\n"photometers.0.position" = [[2, 2, 0], [7, 7, 0]]'
+    with pytest.raises(InputError, match=r"position' = \[7, 7, 0\]: .*outside the room"):
+        study(painted, text=f'scenes = ["a.toml"]\n[vary]\n{vary}')
+
+
+@pytest.mark.parametrize("damage", [b"5", b"null", b"[[],[]]", b'["x", [{}]]', b'["x", []]', b"\xff\xfe",
+                                    b"{}", b"[" * 100_000])
+def test_a_damaged_line_of_the_journal_is_not_done(tmp_path, damage):
+    good = ["id", [dict.fromkeys(READ)]]
+    (tmp_path / ".j").write_bytes(damage + b"\n" + json.dumps(good).encode() + b"\n" + damage)
+    assert Journal(tmp_path / ".j").done == {"id": good[1]}
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_a_killed_sweep_leaves_no_worker_and_loses_no_room(tmp_path, how):
+    many = [round(0.001 * k, 3) for k in range(1, 400)]
+    study(tmp_path, many)
+    process = subprocess.Popen([sys.executable, "-m", "renderer", "sweep", "paints.toml", "--accuracy", "20%",
+                                "--bands", "rgb", "--quiet", "--out", "."], cwd=tmp_path, text=True,
+                               stderr=subprocess.PIPE)
+    journal = tmp_path / ".paints.journal"
+    while not (journal.is_file() and len(Journal(journal).done) > 0):
+        time.sleep(0.05)
+        assert process.poll() is None
+    before = Journal(journal).done
+    process.send_signal(how)
+    try:
+        _, said = process.communicate(timeout=20)  # to the end of what the workers, too, may write to
+    except subprocess.TimeoutExpired:
+        pytest.fail("workers are left")
+    assert Journal(journal).done.keys() >= before.keys()
+    assert not (tmp_path / "paints.csv").exists()
+    if how == signal.SIGTERM:
+        assert process.returncode == 143
+        assert said.count("\n") == 1
+        assert "the same command goes on from there" in said
 
 
 def test_every_measured_chip_is_a_star(tmp_path):

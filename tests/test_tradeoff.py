@@ -1,6 +1,7 @@
 """Speed against accuracy: what is measured, what is recommended, and what is refused."""
 
 import csv
+from dataclasses import replace
 
 import pytest
 
@@ -92,6 +93,16 @@ def test_nothing_is_recommended_for_less_than_the_reference_is_known_to():
     assert "0.2 % take" not in words(found)
     nowhere = Tradeoff(scene, [setting(1.0, 0.03, name) for name in BAND_SETS], "a reference", 0.0)
     assert "None of these settings is within 1 % and 0.2 %." in words(nowhere)
+
+
+def test_small_patches_and_errors_keep_their_digits():
+    scene = renderer.load("grey_room")
+    settings = [replace(setting(1.0, 1e-3, name), patch_size=1.23e-4) for name in BAND_SETS]
+    found = Tradeoff(scene, settings, "a reference", 0.0)
+    assert "patch_size = 0.000123 (exact" in words(found)
+    assert recommendations(found).rows[0][3] == "0.000123"
+    tiny = Tradeoff(scene, [setting(1.0, 1e-6, name) for name in BAND_SETS], "a reference", 0.0)
+    assert recommendations(tiny).rows[0][-1] == "under 0.01 %"
 
 
 def test_the_scenes_own_patch_size_is_tried():

@@ -9,7 +9,7 @@ import warnings
 from cyclopts import App, CycloptsError
 
 from renderer.cli import luminaires, planning, readings, rooms, studies, sweeping, viewing
-from renderer.cli.terminal import interrupt, leave, say
+from renderer.cli.terminal import interrupt, leave, leave_interrupted, say
 from renderer.errors import CacheWarning, DisplayError, InputError, SolveError
 
 COLLECT = 100_000
@@ -31,7 +31,8 @@ def main() -> None:
     """Run the command line; every refusal is one line on stderr."""
     gc.set_threshold(COLLECT)
     atexit.register(gc.freeze)  # the process ends: nothing is worth looking for any more
-    signal.signal(signal.SIGINT, interrupt)
+    for asked in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(asked, interrupt)
     shown = warnings.showwarning
     warnings.showwarning = lambda message, category, *rest, **more: (
         say(f"warning: {message}") if category is CacheWarning else shown(message, category, *rest, **more))
@@ -54,4 +55,4 @@ def main() -> None:
         leave(f"{error.filename or 'the output'}: {error.strerror}. Give another path.",
                2 if error.filename else 1)
     except KeyboardInterrupt:
-        leave("interrupted; no partial file is left.", 1)
+        leave_interrupted("no partial file is left")

@@ -68,7 +68,7 @@ def _spots(scene, at: str | None, normal: str | None) -> list[tuple]:
         facing = vector("--normal", normal or "0,0,1")
         if max(map(abs, facing)) < 1e-9:
             raise InputError(f"--normal is {normal!r}, which has no length; give a direction: 0,0,1.")
-        return [(vector("--at", at), facing, f"at {at}")]
+        return [(_inside(scene, at), facing, f"at {at}")]
     if normal is not None:
         raise InputError(f"--normal is {normal!r} but --at is not given; give both, or neither for the "
                          "scene's own photometers.")
@@ -76,6 +76,17 @@ def _spots(scene, at: str | None, normal: str | None) -> list[tuple]:
         raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] or [[photometer_grids]] "
                          "table, or say where with --at x,y,z.")
     return [(p.position, p.normal, p.name) for p in scene.photometers]
+
+
+def _inside(scene, at: str) -> tuple[float, float, float]:
+    """The point of --at [m]. Raises InputError where it is outside the room."""
+    import numpy as np
+
+    from renderer.scene.rooms import refuse_outside
+
+    point = vector("--at", at)
+    refuse_outside(scene.room, np.array(point), "--at is", "Move it into the room")
+    return point
 
 
 def luminance(scene: str, *, pixel: str | None = None,
@@ -109,7 +120,7 @@ def luminance(scene: str, *, pixel: str | None = None,
     form = (printing or Printing()).checked()
     solving, output = (solving or Solving()).checked(), output or Output()
     loaded = load(scene)
-    spots = spots_of(loaded, pixel, _sight(at, look_at), angle)
+    spots = spots_of(loaded, pixel, _sight(loaded, at, look_at), angle)
     warn_before(loaded, solving.accuracy)
 
     def read(solution):
@@ -155,7 +166,8 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
     started = time.perf_counter()
     form = (printing or Printing()).checked()
     solving, output = (solving or Solving()).checked(), output or Output()
-    loaded, sight = load(scene), _sight(at, look_at)
+    loaded = load(scene)
+    sight = _sight(loaded, at, look_at)
     eyes = [(o.position, o.toward, o.name) for o in loaded.observers]
     if sight is not None:
         eyes = [(*sight, f"at {at}")]
@@ -180,14 +192,14 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
         show_laws([solution])
 
 
-def _sight(at: str | None, look_at: str | None) -> tuple | None:
+def _sight(scene, at: str | None, look_at: str | None) -> tuple | None:
     """An eye (3,) [m] and the way it looks (3,); None where none is given. Raises InputError."""
     if at is None and look_at is None:
         return None
     if at is None or look_at is None:
         raise InputError(f"--{'look-at' if at is None else 'at'} is {at or look_at!r} alone; give both "
                          "--at x,y,z and --look-at x,y,z, or neither.")
-    eye, target = vector("--at", at), vector("--look-at", look_at)
+    eye, target = _inside(scene, at), vector("--look-at", look_at)
     toward = tuple(b - a for a, b in zip(eye, target, strict=True))
     if max(map(abs, toward)) < 1e-9:
         raise InputError(f"--look-at is {look_at!r}, the eye's own place; give another point.")

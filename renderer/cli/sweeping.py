@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import list_files, progress_shown
+from renderer.cli.terminal import leave_interrupted, list_files, progress_shown
 
 
 def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
@@ -32,7 +32,10 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
         print(f"{read.path}: {len(read)} rooms, no fault found")
         return
     out = output_folder(output.out)
-    with progress_shown(output.quiet) as progress:
-        files, now, total = run(read, out, not solving.no_cache, solving.scheduler, progress)
+    try:
+        with progress_shown(output.quiet) as progress:
+            files, now, total = run(read, out, not solving.no_cache, solving.scheduler, progress)
+    except KeyboardInterrupt:
+        leave_interrupted("rooms already done are kept, and the same command goes on from there")
     print(f"{read.path}: {total} rooms, {now} of them solved now")
     list_files(files, out)

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -131,14 +132,19 @@ def list_files(files: list[Path], out: Path) -> None:
           + ", ".join(str(f.relative_to(out)) for f in files if f.parent == out))
 
 
-_interrupted = False
+_interrupted = 0
 
 
-def interrupt(_signal, _frame) -> None:
-    """Ctrl-C. Some packages swallow the exception while they are imported, so it is remembered."""
+def interrupt(number: int, _frame) -> None:
+    """Ctrl-C or SIGTERM. Some packages swallow the exception while they are imported, so it is remembered."""
     global _interrupted
-    _interrupted = True
+    _interrupted = number
     raise KeyboardInterrupt
+
+
+def leave_interrupted(kept: str) -> None:
+    """Say what an interrupted run leaves, and end the program."""
+    leave(f"interrupted; {kept}.", 128 + signal.SIGTERM if _interrupted == signal.SIGTERM else 1)
 
 
 def _stop_if_asked() -> None:

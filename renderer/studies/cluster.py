@@ -9,7 +9,7 @@ from threading import Lock
 
 import numpy as np
 
-from renderer.cache import code
+from renderer.cache import program
 from renderer.errors import InputError, SolveError
 from renderer.transport.hemisphere import Rows, cast_rows
 from renderer.transport.patches import Mesh
@@ -42,8 +42,8 @@ def connected(scheduler: str) -> Iterator:
             raise InputError(f"--scheduler is {scheduler!r}, which has no workers. Start some: "
                              f"dask worker {scheduler}") from None
         # What a worker cannot do, this program for instance, it returns as an exception.
-        for worker, told in client.run(code, on_error="return").items():
-            if told != code():
+        for worker, told in client.run(program, on_error="return").items():
+            if told != program():
                 raise InputError(f"--scheduler is {scheduler!r}, where worker {worker} has another "
                                  "renderer than here, or none, or other packages. Install the same on both.")
         yield client

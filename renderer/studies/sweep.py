@@ -5,11 +5,14 @@ import difflib
 import hashlib
 import itertools
 import json
+import math
 import tomllib
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from renderer.cache import program
 from renderer.colour.tables import munsell_chips
 from renderer.errors import InputError
 from renderer.scene.reading import Scene, load_table, revised
@@ -21,15 +24,21 @@ INSTEAD = (("reflectance", "spectrum", "rgb", "srgb", "munsell"), ("spectrum", "
            ("flux", "luminance", "intensity"))
 """Keys of a scene file of which one takes another's place."""
 EVERY_CHIP = "*"
+TRIED = 1000
+"""Rooms at most in which a value is tried before it is refused, or left to a row that says why."""
 
 
 @dataclass(frozen=True)
 class Base:
-    """A room as its file has it: the scene, its table, and what its readings depend on beside that."""
+    """A room as its file has it.
 
+    name : what the study's rows call it; files : digests of the files that its table or a value names
+    """
+
+    name: str
     scene: Scene
     table: dict
-    files: str
+    files: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -86,8 +95,8 @@ def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int 
     for key in (f"solver.{name}" for name in solver):
         if key in vary:
             raise InputError(f"{path}: vary.{key!r} is varied, and --{key[7:]} is given. Remove one of them.")
-    study = Study(path, [_base(path, name, solver) for name in scenes],
-                  {key: _values(path, key, values) for key, values in vary.items()})
+    vary = {key: _values(path, key, values) for key, values in vary.items()}
+    study = Study(path, _bases(path, scenes, solver, vary), vary)
     if len(study) > MOST:
         raise InputError(f"{path}: vary makes {len(study)} rooms; at most {MOST} are allowed. "
                          "Divide the study.")
@@ -95,14 +104,29 @@ def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int 
     return study
 
 
-def _base(path: Path, name: str, solver: dict) -> Base:
-    beside = path.parent / name
-    scene, table = load_table(beside if beside.is_file() else name)
+def _bases(path: Path, names: list[str], solver: dict, vary: dict[str, list]) -> list[Base]:
+    """The rooms of a study; those whose files are called alike are named as the study names them."""
+    bases, known = [], set()
+    for name in names:
+        beside = path.parent / name
+        scene, table = load_table(beside if beside.is_file() else name)
+        if scene.path.resolve() in known:
+            raise InputError(f"{path}: scenes has {name!r} twice. Remove one.")
+        known.add(scene.path.resolve())
+        new = {**table, "solver": {**table.get("solver", {}), **solver}}
+        files = contents(scene.path.parent, _strings([new, vary]))
+        bases.append(Base(name, _read(revised(scene, table, new)), new, files))
+    alike = Counter(base.scene.path.stem for base in bases)
+    return [base if alike[base.scene.path.stem] > 1 else replace(base, name=base.scene.path.stem)
+            for base in bases]
+
+
+def _read(scene: Scene) -> Scene:
+    """A scene with something to read. Raises InputError."""
     if not scene.photometers:
         raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table, for a study's "
                          "rows are readings.")
-    new = {**table, "solver": {**table.get("solver", {}), **solver}}
-    return Base(revised(scene, table, new), new, _contents(scene.path, new))
+    return scene
 
 
 def _values(path: Path, key: str, values) -> list:
@@ -119,21 +143,49 @@ def _values(path: Path, key: str, values) -> list:
 
 
 def _try_every_value(study: Study) -> None:
+    """Refuse a value that is at fault whatever the other keys' values are. Raises InputError."""
     first = {key: values[0] for key, values in study.vary.items()}
     for base in study.bases:
+        tried = base
+        if _fault(base, first) is None:
+            tried = replace(base, scene=scene_of(base, first), table=table_of(base, first))
         for key, values in study.vary.items():
+            others = {other: each for other, each in study.vary.items() if other != key}
             for value in values:
-                try:
-                    if value == first[key]:
-                        tried = Base(scene_of(base, first), table_of(base, first), base.files)
-                    scene_of(tried, {key: value})
-                except InputError as error:
-                    raise InputError(f"{study.path}: vary.{key!r} = {value!r}: {error}") from None
+                case = {**first, key: value}
+                fault = _fault(tried, case)
+                if fault is not None and _stays(tried, case, others, fault):
+                    raise InputError(f"{study.path}: vary.{key!r} = {value!r}: {fault}")
+
+
+def _fault(base: Base, values: dict[str, object]) -> str | None:
+    """Why a base cannot have those values; None where it can."""
+    try:
+        scene_of(base, values)
+    except InputError as error:
+        return str(error)
+    return None
+
+
+def _stays(base: Base, case: dict[str, object], others: dict[str, list], fault: str) -> bool:
+    """Whether a case is at fault whatever the other keys' values are, as far as TRIED rooms can tell."""
+    said = {fault}
+    for key, values in others.items():
+        for value in values[1:]:
+            said.add(_fault(base, {**case, key: value}))
+            if None in said:
+                return False
+    if said == {fault}:
+        return True  # the others have no part in it
+    if math.prod(map(len, others.values())) > TRIED:
+        return False
+    return all(_fault(base, {**case, **dict(zip(others, values, strict=True))})
+               for values in itertools.product(*others.values()))
 
 
 def scene_of(base: Base, values: dict[str, object]) -> Scene:
     """A base's room with other values. Raises InputError."""
-    return revised(base.scene, base.table, table_of(base, values))
+    return _read(revised(base.scene, base.table, table_of(base, values)))
 
 
 def table_of(base: Base, values: dict[str, object]) -> dict:
@@ -175,19 +227,30 @@ def _near(word: str, known) -> str:
 
 
 def identity(base: Base, case: Case) -> str:
-    """What a case's readings follow from, as a digest: the table with its values, and the files it names."""
-    said = json.dumps([str(base.scene.path), base.table, base.files, case.values], default=str)
-    return hashlib.blake2b(said.encode(), digest_size=16).hexdigest()
+    """What a case's readings follow from, as a digest: the program, the table with its values, and what is in
+    the files that these name; wherever they lie."""
+    files = {name: base.files[name] for name in _strings([base.table, case.values]) if name in base.files}
+    said = json.dumps([program(), base.table, case.values, files], default=str)
+    return _digest(said.encode())
 
 
-def _contents(path: Path, table) -> str:
-    """A digest of the files that a scene's table names."""
-    digest = hashlib.blake2b(digest_size=16)
-    todo = [table]
+def contents(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """Digests of those of the names that are files in a folder."""
+    return {name: _digest((folder / name).read_bytes()) for name in names
+            if len(name) < 1000 and (folder / name).is_file()}
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.blake2b(data, digest_size=16).hexdigest()
+
+
+def _strings(item) -> list[str]:
+    """Every string in a table, each once."""
+    found, todo = {}, [item]
     while todo:
         item = todo.pop()
         if isinstance(item, (dict, list)):
             todo += item.values() if isinstance(item, dict) else item
-        elif isinstance(item, str) and len(item) < 1000 and (path.parent / item).is_file():
-            digest.update((path.parent / item).read_bytes())
-    return digest.hexdigest()
+        elif isinstance(item, str):
+            found[item] = None
+    return list(found)

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from signal import SIG_IGN, SIGINT, signal
+from threading import Thread
 
 from renderer.accuracy import solve_and_read
 from renderer.cache import user_cache
@@ -19,7 +20,7 @@ from renderer.files import whole_file
 from renderer.readings.alpha_opic import equivalent_daylight
 from renderer.solution import Progress, Rooms
 from renderer.studies.cluster import as_done, connected
-from renderer.studies.sweep import Base, Case, Study, identity, scene_of
+from renderer.studies.sweep import Base, Case, Study, contents, identity, scene_of
 
 BATCH, PIECES = 16, 4
 """Most rooms in one piece of work, done again when a worker dies; fewest pieces a worker."""
@@ -33,15 +34,20 @@ Rows = list[dict]
 
 @dataclass(frozen=True)
 class Batch:
-    """Rooms of one base, which share their form factors where geometry is not varied."""
+    """Rooms of one base, by identity, which share their form factors where geometry is not varied."""
 
     base: Base
-    cases: list[Case]
+    cases: dict[str, Case]
     cached: bool
 
     def run(self) -> list[tuple[str, Rows]]:
-        """Each case's identity, and its rows."""
-        return [(identity(self.base, case), rows_of(self.base, case, rooms_for(self))) for case in self.cases]
+        """Each case's identity, and its rows. Raises InputError where a file is not what it was."""
+        done = [(name, rows_of(self.base, case, rooms_for(self))) for name, case in self.cases.items()]
+        path, files = self.base.scene.path, self.base.files
+        if contents(path.parent, files) != files:
+            raise InputError(f"{path}: a file that it names is not what it was when the study was read. Give "
+                             "the same command again.")
+        return done
 
 
 _kept: dict[str, Rooms] = {}
@@ -64,7 +70,8 @@ def rows_of(base: Base, case: Case, rooms: Rooms) -> Rows:
             rooms = Rooms(rooms.cache)
         _, readings = solve_and_read(scene, rooms=rooms)
     except (InputError, SolveError) as error:
-        return [{**dict.fromkeys(READ), "fault": str(error)}]
+        fault = str(error).removeprefix(f"{base.scene.path}: ")  # wherever it lies: the row names the room
+        return [{**dict.fromkeys(READ), "fault": fault}]
     rows = []
     for reading in readings:
         x = y = opic = None
@@ -78,27 +85,50 @@ def rows_of(base: Base, case: Case, rooms: Rooms) -> Rows:
 
 
 class Journal:
-    """What is done so far, one line a room; a line cut short by an interruption is not done."""
+    """What is done so far, one line a room; a line cut short by an interruption, or damaged, is not done.
+
+    study : where the study lies that the table beside it is of, seen from there; None if that is not known
+    """
 
     def __init__(self, path: Path):
-        self.path, self.done = path, {}
-        if path.is_file():
-            for line in path.read_text(encoding="utf-8").splitlines():
-                try:
-                    name, rows = json.loads(line)
-                except ValueError:
-                    continue
-                self.done[name] = rows
+        self.path, self.done, self.study = path, {}, None
+        for line in path.read_bytes().splitlines() if path.is_file() else ():
+            try:
+                said = json.loads(line)
+            except (ValueError, RecursionError):
+                continue
+            match said:
+                case {"study": str(study)}:
+                    self.study = study
+                case [str(name), [_, *_] as rows] if all(isinstance(r, dict) and r.keys() >= set(READ)
+                                                         for r in rows):
+                    self.done[name] = rows
+
+    def own(self, study: Path, table: Path) -> None:
+        """Write down whose table it is. Raises InputError where it is another study's."""
+        folder, mine = self.path.parent.resolve(), study.resolve()
+        owner = folder / self.study if self.study is not None else mine
+        if table.is_file() and owner.is_file() and not owner.samefile(mine):
+            raise InputError(f"{table} is of another study, {owner.resolve()}. Give another --out, or rename "
+                             "one of them.")
+        said = os.path.relpath(mine, folder) if mine.anchor == folder.anchor else str(mine)
+        if said != self.study:
+            self._write([{"study": said}])
+            self.study = said
 
     def add(self, results: list[tuple[str, Rows]]) -> None:
         """Write rooms down, so that they stay whatever happens next."""
         new = [(name, rows) for name, rows in results if name not in self.done]
+        self._write(new)
+        self.done.update(new)
+
+    def _write(self, lines: list) -> None:
         torn = self.path.is_file() and self.path.stat().st_size and self.path.read_bytes()[-1:] != b"\n"
         with self.path.open("a", encoding="utf-8") as file:
-            file.write("\n" * bool(torn) + "".join(json.dumps(each, allow_nan=False) + "\n" for each in new))
+            file.write("\n" * bool(torn))
+            file.writelines(json.dumps(line, allow_nan=False) + "\n" for line in lines)
             file.flush()
             os.fsync(file.fileno())
-        self.done.update(new)
 
 
 def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
@@ -107,11 +137,13 @@ def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
 
     scheduler : address of a Dask scheduler; None for the cores here. Raises InputError or SolveError.
     """
-    journal = Journal(out / f".{study.path.stem}.journal")
-    todo = [case for case in study.cases() if identity(study.bases[case.base], case) not in journal.done]
+    journal, table = Journal(out / f".{study.path.stem}.journal"), out / f"{study.path.stem}.csv"
+    journal.own(study.path, table)
+    todo = {name: case for case in study.cases()
+            if (name := identity(study.bases[case.base], case)) not in journal.done}
     size = max(1, min(BATCH, len(todo) // (PIECES * (os.cpu_count() or 1))))
-    batches = [Batch(base, cases[k : k + size], cached) for number, base in enumerate(study.bases)
-               if (cases := [case for case in todo if case.base == number])
+    batches = [Batch(base, dict(cases[k : k + size]), cached) for number, base in enumerate(study.bases)
+               if (cases := [each for each in todo.items() if each[1].base == number])
                for k in range(0, len(cases), size)]
     total, finished = len(study), len(study) - len(todo)
     progress(f"{study.path.name}: {finished} of {total} rooms are done already")
@@ -119,7 +151,7 @@ def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
         journal.add(results)
         finished += len(results)
         progress(f"{study.path.name}: {finished} of {total} rooms")
-    return [_table(study, journal, out / f"{study.path.stem}.csv")], len(todo), total
+    return [_table(study, journal, table)], len(todo), total
 
 
 def _on_cores(batches: list[Batch]) -> Iterator[list]:
@@ -127,8 +159,7 @@ def _on_cores(batches: list[Batch]) -> Iterator[list]:
     left, deaths = dict(enumerate(batches)), 0
     workers = max(1, min(os.cpu_count() or 1, len(batches)))
     while left:
-        # The terminal's Ctrl-C is for this process, which then ends its workers.
-        pool = ProcessPoolExecutor(workers, get_context("spawn"), signal, (SIGINT, SIG_IGN))
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), _heed_parent)
         try:
             running = {pool.submit(batch.run): number for number, batch in left.items()}
             for future in as_completed(running):
@@ -145,6 +176,17 @@ def _on_cores(batches: list[Batch]) -> Iterator[list]:
             for worker in active_children() if left else ():
                 worker.terminate()
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _heed_parent() -> None:
+    """In a worker: Ctrl-C is for the parent, which then ends its workers; if it dies, they end themselves."""
+    signal(SIGINT, SIG_IGN)
+
+    def end_with_it() -> None:
+        parent_process().join()
+        os._exit(1)
+
+    Thread(target=end_with_it, daemon=True).start()
 
 
 def _on_cluster(batches: list[Batch], scheduler: str) -> Iterator[list]:
@@ -166,5 +208,5 @@ def _table(study: Study, journal: Journal, path: Path) -> Path:
             base = study.bases[case.base]
             values = [v if isinstance(v, (str, int, float)) else json.dumps(v) for v in case.values.values()]
             for row in journal.done[identity(base, case)]:
-                writer.writerow([base.scene.path.stem, *values, *(row[key] for key in READ)])
+                writer.writerow([base.name, *values, *(row[key] for key in READ)])
     return path

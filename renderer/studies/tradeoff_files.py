@@ -50,7 +50,7 @@ def _beyond(found: Tradeoff) -> str:
 
 def _cells(s: Setting) -> list[str]:
     factors = f"{s.rays} rays a patch" if s.rays else "exact"
-    return [s.bands, factors, f"{s.patch_size:.2f}", str(s.patches), f"{s.seconds:.2g}", f"{s.error:.2%}"]
+    return [s.bands, factors, f"{s.patch_size:.3g}", str(s.patches), f"{s.seconds:.2g}", _percent(s.error)]
 
 
 def _markdown(found: Tradeoff) -> list[str]:
@@ -68,7 +68,7 @@ def words(found: Tradeoff) -> str:
     said = [f"{found.scene.title}: {len(found.settings)} settings, held against {found.reference}, whose "
             f"readings are known to {_percent(found.floor)}.",
             f"Half of the settings spend more than {share:.0%} of their time on form factors and meters, "
-            f"which every band set shares: 31 bands take {dearer:.2f} times as long as RGB.",
+            f"which every band set shares: 31 bands take {dearer:.3g} times as long as RGB.",
             f"At best RGB is {_percent(exact['rgb'])} off here, prefiltered "
             f"{_percent(exact['rgb-prefiltered'])}, six nodes {_percent(exact['6'])}, 9 bands "
             f"{_percent(exact['9'])}, 16 {_percent(exact['16'])}, 31 {_percent(exact['31'])}."]
@@ -79,7 +79,7 @@ def words(found: Tradeoff) -> str:
             said.append(f"None of these settings is within {targets}.")
             continue
         factors = f"{best.rays} rays a patch, which follow from --accuracy" if best.rays else "exact factors"
-        said.append(f"For {targets} take bands = \"{best.bands}\" and patch_size = {best.patch_size:.2f} "
+        said.append(f"For {targets} take bands = \"{best.bands}\" and patch_size = {best.patch_size:.3g} "
                     f"({factors}): {best.seconds:.2g} s, {_percent(best.error)} off.")
     if beyond:
         said.append(f"For {_listed(beyond)} nothing is recommended: {_beyond(found)}.")
