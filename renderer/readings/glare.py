@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from renderer.errors import InputError
-from renderer.readings.uncertainty import STUDENT, Figure
+from renderer.readings.uncertainty import Figure, half_width
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.rooms import spelt
 from renderer.transport.direct import spread
@@ -107,7 +107,7 @@ def rate(transport: Transport, lumens: np.ndarray, name: str, eye: np.ndarray, d
     sources = [replace(source, share=float(source.share / total.mean())) for source in sources]
     rating = 8 * np.log10(0.25 * np.pi / indirect.value * total.mean())
     # dUGR = 8/ln 10 · (dE_i/E_i and dΣ/Σ).
-    parts = indirect.uncertainty / indirect.value, STUDENT * total.std(ddof=1) / total.mean() / REPLICAS**0.5
+    parts = indirect.uncertainty / indirect.value, half_width(total) / total.mean()
     return Glare(name, eye, direction, float(rating), float(8 / np.log(10) * np.hypot(*parts)), indirect,
                  sources, None, notes)
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.errors import InputError
+from renderer.readings.uncertainty import half_width
 from renderer.scene import rooms
 from renderer.scene.luminaires import Luminaire
 from renderer.transport.contour import HORIZON, exchanged, polygon_factors
@@ -22,8 +23,9 @@ on an element may be taken at its middle."""
 NEAR_LAMP = 0.5
 """An element's half diagonal is at most this share of its distance to any lamp that lights it."""
 DEEPEST = 24
-READING_RAYS = 1024
-"""Shadow rays from the meter itself to each luminaire, likewise."""
+READING_RAYS, MOST_RAYS, ENOUGH = 1 << 10, 1 << 14, 5e-4
+"""Shadow rays from the meter itself to each luminaire in each independent part, and in penumbrae up to so
+many, until so small a share of what comes straight from them is uncertain."""
 AT_ONCE = 1 << 14
 """Rays from the meter to elements worked on at once: what stays in the cache."""
 SIGHT_RAYS = 4
@@ -122,8 +124,6 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     """A meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError."""
     spot = place(transport, position, normal, where)
     parts = transport.parts
-    direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.visibility,
-                       (transport.seed, 5), READING_RAYS, origins=spot.origin[None], parts=parts)[:, 0]
     patch, corners, factor, whole = _elements(transport, spot)
     triangular = transport.mesh.triangular[patch]
     st = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
@@ -141,7 +141,19 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
                                   corners[divided])
     sensors = sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *st.T, factors,
                     light, conserving=True)
-    return Meter(direct, tuple(sensors))
+    return Meter(_direct(transport, spot), tuple(sensors))
+
+
+def _direct(transport: Transport, spot: Spot) -> np.ndarray:
+    """Illuminance per lumen, straight from each luminaire (parts, n_luminaires) [m⁻²]."""
+    parts, rays = transport.parts, READING_RAYS if transport.parts > 1 else MOST_RAYS
+    while True:
+        direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.visibility,
+                           (transport.seed, 5), rays, origins=spot.origin[None], parts=parts)[:, 0]
+        total = direct.sum(axis=1)
+        if rays == MOST_RAYS or half_width(total) <= ENOUGH * total.mean():
+            return direct
+        rays *= 4
 
 
 def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray,

@@ -38,6 +38,11 @@ def band_error(these: float, narrow: float) -> float:
     return abs(these - narrow) if abs(these - narrow) > SOLVED * abs(narrow) else 0.0
 
 
+def half_width(samples: np.ndarray) -> float:
+    """95 % half-width of the mean of REPLICAS independent samples (k,)."""
+    return STUDENT * float(samples.std(ddof=1)) / len(samples) ** 0.5
+
+
 def half_widths(fine: np.ndarray, other: np.ndarray, samples: np.ndarray,
                 ratio: float, quadrature: float = 0.0) -> tuple[float, float]:
     """95 % half-widths [lx] of a reading, by mesh and by sampling, from what the lamps and each surface
@@ -58,6 +63,6 @@ def half_widths(fine: np.ndarray, other: np.ndarray, samples: np.ndarray,
     mesh = max(abs(apart.sum()), np.linalg.norm(apart)) / abs(ratio - 1)
     sampling = 0.0
     if len(samples) > 1:
-        sampling = STUDENT * samples.sum(axis=1).std(ddof=1) / np.sqrt(len(samples))
+        sampling = half_width(samples.sum(axis=1))
     mesh = np.hypot(mesh, quadrature * fine.sum())
     return float(mesh + ROUNDING * fine.sum()), float(sampling)
