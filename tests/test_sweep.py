@@ -260,6 +260,16 @@ def test_a_value_that_fits_with_none_of_the_others_is_refused(painted):
         study(painted, text=f'scenes = ["a.toml"]\n[vary]\n{vary}')
 
 
+@pytest.mark.parametrize(("one", "other"), [
+    ('"luminaires.0.spectrum" = ["D65", "A"]', '"luminaires.0.cct" = [3000]'),
+    ('"photometers.0.position" = [[2, 2, 0]]', '"photometers" = [[{position = [1, 1, 0]}]]'),
+])
+def test_keys_that_take_each_others_place_are_refused(painted, one, other):
+    for vary in (f"{one}\n{other}", f"{other}\n{one}"):
+        with pytest.raises(InputError, match="set the same thing"):
+            study(painted, text=f'scenes = ["a.toml"]\n[vary]\n{vary}')
+
+
 @pytest.mark.parametrize("damage", [b"5", b"null", b"[[],[]]", b'["x", [{}]]', b'["x", []]', b"\xff\xfe",
                                     b"{}", b"[" * 100_000])
 def test_a_damaged_line_of_the_journal_is_not_done(tmp_path, damage):

@@ -95,6 +95,10 @@ def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int 
     for key in (f"solver.{name}" for name in solver):
         if key in vary:
             raise InputError(f"{path}: vary.{key!r} is varied, and --{key[7:]} is given. Remove one of them.")
+    for one, other in itertools.combinations(vary, 2):
+        if _replaces(one, other):
+            raise InputError(f"{path}: vary.{one!r} and vary.{other!r} set the same thing, one in place "
+                             "of the other. Remove one.")
     vary = {key: _values(path, key, values) for key, values in vary.items()}
     study = Study(path, _bases(path, scenes, solver, vary), vary)
     if len(study) > MOST:
@@ -102,6 +106,13 @@ def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int 
                          "Divide the study.")
     _try_every_value(study)
     return study
+
+
+def _replaces(one: str, other: str) -> bool:
+    """Whether what one key sets is lost when the other is set."""
+    (place, _, last), (its, _, name) = one.rpartition("."), other.rpartition(".")
+    instead = place == its and any({last, name} <= set(group) for group in INSTEAD)
+    return instead or f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 
 def _bases(path: Path, names: list[str], solver: dict, vary: dict[str, list]) -> list[Base]:
