@@ -1,5 +1,6 @@
 """One room: its pictures and files."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -29,13 +30,14 @@ def save_render(solution: Solution, out: Path, progress: Progress) -> list[Path]
     stem = f"{solution.scene.path.stem}_{solution.bands.name}"
     balanced = total @ white_balance(solution.flux.sum(axis=0) @ solution.bands.xyz).T
     pixels = tone_map(balanced, exposure([balanced], [view.shows_surface]))
-    files = [save_png(pixels, out / f"{stem}.png", []),
-             save_luminance(total[..., 1], out / f"{stem}_luminance.exr"),
-             save_vtp(solution, out / f"{stem}.vtp")]
-    if solution.bands.edges is not None:
-        files.append(save_spectral(view.spectral(solution), solution.bands,
-                                   out / f"{stem}_spectral.exr"))
-    return files
+    with ThreadPoolExecutor(1) as pool:  # VTK takes as long to import as the spectra to add up
+        patches = pool.submit(save_vtp, solution, out / f"{stem}.vtp")
+        files = [save_png(pixels, out / f"{stem}.png", []),
+                 save_luminance(total[..., 1], out / f"{stem}_luminance.exr")]
+        if solution.bands.edges is not None:
+            files.append(save_spectral(view.spectral(solution), solution.bands,
+                                       out / f"{stem}_spectral.exr"))
+        return [*files[:2], patches.result(), *files[2:]]
 
 
 def save_pseudocolour(solution: Solution, out: Path, progress: Progress) -> list[Path]:

@@ -18,7 +18,7 @@ so many independent parts."""
 FAR = 1 / 64
 """A patch whose diagonal is below this share of its distance to a luminaire has its light from its
 middle: light that falls as 1/d² over that distance has a mean within 6/24 · (1/64)² of it, 6e-5."""
-CACHED = 1 << 13
+CACHED = 1 << 15
 """Rays to a luminaire worked on at once: what stays in the cache."""
 TOGETHER = 32
 """Points in a row that are first looked at as one."""
