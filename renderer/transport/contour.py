@@ -127,7 +127,7 @@ def mesh_edges(mesh: Mesh) -> Edges:
 
 def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.ndarray:
     """Form factors from points to all patches (k, n_patches), occlusion left out; in single precision, each
-    off by some 1e-7 and their sum by no more, since what neighbours share cancels.
+    off by some 1e-7 at most and their sum by less than 1e-6, since what neighbours share cancels.
 
     points, normals : (k, 3) [m]. A point's own plane counts nothing.
     """
