@@ -129,22 +129,21 @@ def fly(scene: Scene, plan: Plan, patches: int) -> Pilot:
     lamp_rays = (transport.rays - between(n, pairs, coarse.rays)) / n
     other = solution.family[2].transport
     direct = sum(took for name, took in watch.seconds.items() if name.endswith(" direct"))
-    # What all meters share, so that it is not taken for theirs.
-    _ = solution.by_bands, [each.vertices_read for each in (solution, solution.family[2])]
+    solution.make_ready()  # so that what all meters share is not taken for theirs
     figures, seconds, cast = _read(solution)
     return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, pairs / n**2, solution.quadrature, figures,
                  seconds, cast, direct / (n + len(other.mesh.patches)), max(0.0, lamp_rays))
 
 
 def _read(solution: Solution) -> tuple[list[Figure], float, float]:
-    """Figures of some photometers and of each grid; and what all meters take at the same rates, a first one
-    alone and the others on every core: seconds, and rays on the first mesh."""
+    """Figures of some photometers and of each grid; and what all meters take at the same rates, one on each
+    core: seconds, and rays on the first mesh."""
     scene, transport, cores = solution.scene, solution.transport, cpu_count() or 1
 
     def tried(read: Callable[[], list[Figure]], some: int, every: int) -> tuple[list[Figure], float, float]:
         cast, started = transport.rays, time.perf_counter()
         figures = read()
-        seconds = (time.perf_counter() - started) * (every - 1 + cores) / (some - 1 + cores)
+        seconds = (time.perf_counter() - started) * -(-every // cores) / -(-some // cores)
         return figures, seconds, (transport.rays - cast) * every / some
 
     spots = [(p.position, p.normal, p.name) for p in scene.photometers]

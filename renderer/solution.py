@@ -169,15 +169,21 @@ class Solution:
 
     def read_at(self, spots: list[tuple]) -> list[Reading]:
         """Read a meter at each (position, normal, name), on every core. Raises InputError."""
-        readings = [self.photometer(*spot) for spot in spots[:1]]  # makes what all share
-        readings += [None] * (len(spots) - 1)
+        readings = [None] * len(spots)
 
         def work(start: int, stop: int) -> None:
-            for k in range(start + 1, stop + 1):
+            for k in range(start, stop):
                 readings[k] = self.photometer(*spots[k])
 
-        in_threads(work, len(spots) - 1, 1)
+        if spots:
+            self.make_ready()
+        in_threads(work, len(spots), 1)
         return readings
+
+    def make_ready(self) -> None:
+        """Make what all readings share, on every core, before each core has one to read."""
+        fine, samples, other = self.family
+        _ = [each._luminous_read for each in (self, fine, *samples, other, *self.by_bands)]
 
     def luminance(self, position, direction) -> float:
         """Luminance [cd/m²] that an eye at a point (3,) [m] sees along a direction (3,).

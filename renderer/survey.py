@@ -29,8 +29,8 @@ def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading
             rows[k] = [each.read_lx(meter(each)) for each in (solution, fine, *samples, other,
                                                                *solution.by_bands)]
 
-    work(0, 1)  # makes what all points share
-    in_threads(lambda start, stop: work(start + 1, stop + 1), len(points) - 1, 1)
+    solution.make_ready()
+    in_threads(work, len(points), 1)
     own, first, *parts, last, these, narrow = np.array(rows).swapaxes(0, 1)
     means = (float(each.sum(axis=1).mean()) for each in (these, narrow))
     return summarise(grid, read, own, first, last, np.array(parts).reshape(-1, *own.shape), _ratio(solution),

@@ -11,13 +11,17 @@ from renderer.readings.photometer import off_surfaces, refuse_inside, refuse_out
 from renderer.scene.model import CameraTable
 from renderer.scene.reading import Scene
 from renderer.solution import Solution
+from renderer.transport.exchange import rows
 from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
+from renderer.transport.threads import in_threads
 from renderer.transport.transport import Transport
 
 SUBPIXELS = 4
 """A pixel on an edge, of a surface or of a shadow, is the mean of 4 × 4 rays."""
 SUBPIXEL_RAYS = 16
 """Shadow rays of each of those, to each luminaire."""
+PIXELS = 1 << 13
+"""Pixels whose light is added up at once."""
 CONTRAST = 0.1
 """Direct light that differs by this share between neighbouring pixels is an edge of a shadow."""
 
@@ -72,21 +76,34 @@ class View:
 
         weights : (n_bands, k), for example BandSet.xyz for cd/m² (X, Y, Z).
         """
-        reflected = solution.reflectance[:, None, :] * solution.flux[None]
-        light = reflected.reshape(-1, reflected.shape[-1]) @ weights
-        seen = self.sensor.direct @ light + self.emitted @ (solution.flux @ weights)
-        return self.image(seen / np.pi)
+        return self._added(self._direct(solution, weights))
 
     def indirect(self, solution: Solution, weights: np.ndarray) -> np.ndarray:
         """Radiance by interreflection (height, width, k); as `direct`."""
-        return self.image(self.sensor.indirect @ (solution.vertex_radiosity @ weights) / np.pi)
+        return self._added(self._indirect(solution, weights))
 
     def spectral(self, solution: Solution) -> np.ndarray:
         """Spectral radiance (height, width, n_bands) [W m⁻² sr⁻¹ nm⁻¹]."""
         per_nm = np.diag(1 / solution.bands.widths)
-        image = self.direct(solution, per_nm)
-        image += self.indirect(solution, per_nm)
-        return image
+        return self._added(self._direct(solution, per_nm) + self._indirect(solution, per_nm))
+
+    def _direct(self, solution: Solution, weights: np.ndarray) -> list[tuple]:
+        reflected = solution.reflectance[:, None, :] * solution.flux[None]
+        light = reflected.reshape(-1, reflected.shape[-1]) @ weights
+        return [(self.sensor.direct, light), (self.emitted, solution.flux @ weights)]
+
+    def _indirect(self, solution: Solution, weights: np.ndarray) -> list[tuple]:
+        return [(self.sensor.indirect, solution.vertex_radiosity @ weights)]
+
+    def _added(self, terms: list[tuple]) -> np.ndarray:
+        """Σ matrix @ light / π as a picture, from (matrix, light) with a row of the matrix for each pixel."""
+        seen = np.empty((self.surface.size, terms[0][1].shape[1]))
+
+        def work(start: int, stop: int) -> None:
+            seen[start:stop] = sum(rows(matrix, start, stop) @ light for matrix, light in terms) / np.pi
+
+        in_threads(work, len(seen), PIXELS)
+        return self.image(seen)
 
     def reflectances(self, solution: Solution) -> np.ndarray:
         """Luminous reflectance of what each pixel shows (height, width), under the lamps' light."""

@@ -44,14 +44,19 @@ def frames(normals: np.ndarray) -> np.ndarray:
     return np.stack([x, y, z], axis=1)
 
 
-def _edge(ax, ay, az, bx, by, bz) -> np.ndarray:
-    """One edge's share of Lambert's sum, for a horizon at z = 0."""
-    cz = ax * by - ay * bx
-    sine = np.sqrt((ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + cz * cz)
-    angle = np.arctan2(sine, ax * bx + ay * by + az * bz)
-    np.maximum(sine, 1e-300, out=sine)
-    angle *= cz
-    angle /= sine
+def _dot(a, b) -> np.ndarray:
+    """Of vectors given by coordinate (3, …)."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _edge(a, b, normal) -> np.ndarray:
+    """Share of Lambert's sum (…) of an edge from a to b as seen from where a surface of that unit normal is;
+    all by coordinate (3, …)."""
+    across = [a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)]
+    sine = np.sqrt(_dot(across, across))
+    angle = np.arctan2(sine, _dot(a, b))
+    angle *= _dot(across, normal)
+    angle /= np.maximum(sine, 1e-300)
     return angle
 
 
@@ -63,38 +68,36 @@ def polygon_factors(points: np.ndarray, normals: np.ndarray, corners: np.ndarray
     factors = np.empty(len(points))
 
     def work(start: int, stop: int) -> None:
-        axes = frames(normals[start:stop])
-        local = (corners[start:stop] - points[start:stop, None]) @ axes.transpose(0, 2, 1)
-        touch = HORIZON * np.abs(local).max(axis=(1, 2), initial=0.0)[:, None]
-        z = local[..., 2]
-        z[np.abs(z) <= touch] = 0.0
-        low, high = z.min(axis=1), z.max(axis=1)
-        x, y, z = np.moveaxis(local, -1, 0)
-        total = sum(_edge(x[:, k - 1], y[:, k - 1], z[:, k - 1], x[:, k], y[:, k], z[:, k])
-                    for k in range(local.shape[1]))
+        normal, here = np.array(normals[start:stop].T), np.array(points[start:stop].T)
+        normal /= np.sqrt(_dot(normal, normal))
+        reach = np.array([corner - here for corner in corners[start:stop].transpose(1, 2, 0)])
+        height = np.array([_dot(corner, normal) for corner in reach])
+        height[np.abs(height) <= HORIZON * np.abs(reach).max(axis=(0, 1))] = 0.0
+        low, high = height.min(axis=0), height.max(axis=0)
+        total = sum(_edge(reach[k - 1], reach[k], normal) for k in range(len(reach)))
         cut = np.flatnonzero((low < 0) & (high > 0))
-        total[cut] = _cut(local[cut])
+        total[cut] = _cut(reach[..., cut], height[:, cut], normal[:, cut])
         factors[start:stop] = np.where(high <= 0, 0.0, np.clip(-total / (2 * np.pi), 0.0, 1.0))
 
     in_threads(work, len(points), NODES // 2)
     return factors
 
 
-def _cut(a: np.ndarray) -> np.ndarray:
-    """Lambert's sum (k,) for polygons (k, c, 3) that the horizon z = 0 cuts."""
-    b = np.roll(a, -1, axis=1)
-    up, next_up = a[..., 2] >= 0, b[..., 2] >= 0
-    rise = b[..., 2] - a[..., 2]
-    share = np.where(up == next_up, 0.0, -a[..., 2] / np.where(rise == 0, 1.0, rise))
-    crossing = a + share[..., None] * (b - a)
-    crossing[..., 2] = 0.0
-    start = np.where(up[..., None], a, crossing)
-    end = np.where(next_up[..., None], b, crossing)
-    total = np.where(up | next_up, _edge(*np.moveaxis(start, -1, 0), *np.moveaxis(end, -1, 0)), 0.0)
-    # A convex polygon leaves the horizon once and comes back once: the cut closes it.
-    out = (crossing * (up & ~next_up)[..., None]).sum(axis=1)
-    back = (crossing * (~up & next_up)[..., None]).sum(axis=1)
-    return total.sum(axis=1) + _edge(*out.T, *back.T)
+def _cut(reach: np.ndarray, height: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Lambert's sum (k,) for polygons that the horizon cuts: their corners (c, 3, k), these above it (c, k),
+    and the normal (3, k)."""
+    above = height >= 0
+    out, back, total = np.zeros_like(normal), np.zeros_like(normal), np.zeros(len(normal.T))
+    for k in range(len(reach)):
+        a, b, up, next_up = reach[k - 1], reach[k], above[k - 1], above[k]
+        fall = height[k - 1] - height[k]
+        crossing = a + np.where(up == next_up, 0.0, height[k - 1] / np.where(fall == 0, 1.0, fall)) * (b - a)
+        edge = _edge(np.where(up, a, crossing), np.where(next_up, b, crossing), normal)
+        total += np.where(up | next_up, edge, 0.0)
+        # A convex polygon leaves the horizon once and comes back once: the cut closes it.
+        out += np.where(up & ~next_up, crossing, 0.0)
+        back += np.where(next_up & ~up, crossing, 0.0)
+    return total + _edge(out, back, normal)
 
 
 @dataclass(frozen=True)
@@ -200,7 +203,7 @@ def _edges(vertices: tuple, ends: np.ndarray, room: np.ndarray) -> np.ndarray:
     total *= cosine
     total /= spare
     first, second = ends[:, flat[0]]
-    total[flat] = _edge(*(x[first, flat[1]] for x in vertices), *(x[second, flat[1]] for x in vertices))
+    total[flat] = _edge(*([x[end, flat[1]] for x in vertices] for end in (first, second)), (0.0, 0.0, 1.0))
     return total
 
 

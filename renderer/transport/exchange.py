@@ -25,6 +25,8 @@ LARGE = 20_000
 """Patches from which a mesh is large: its factors, known to 1e-4 at best, are kept in single precision."""
 WORTHWHILE = 1 << 22
 """Entries from which a product is split among cores."""
+CACHED = 1 << 16
+"""Numbers of a dense matrix that stay in the cache."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class Counted:
             of_own = diagonal[start:stop]
             product[start:stop] = of_own[:, None] * own if x.ndim > 1 else of_own * own
             for matrix in (self.given, self.taken):
-                product[start:stop] += _rows(matrix, start, stop) @ x
+                product[start:stop] += rows(matrix, start, stop) @ x
 
         in_threads(work, len(x), self._slice)
         return product
@@ -62,6 +64,19 @@ class Counted:
         """The same in another precision."""
         given, taken = (matrix.astype(kind, copy=False) for matrix in (self.given, self.taken))
         return Counted(given, taken, self.diagonal)
+
+    def toarray(self) -> np.ndarray:
+        """The sum, dense (n, n)."""
+        matrix = np.empty(self.shape)
+
+        def work(start: int, stop: int) -> None:
+            part = matrix[start:stop]
+            rows(self.given, start, stop).toarray(out=part)
+            part += rows(self.taken, start, stop).toarray()
+
+        in_threads(work, len(matrix), max(1, CACHED // len(matrix)))
+        matrix[np.diag_indices(len(matrix))] += self.diagonal
+        return matrix
 
     @property
     def _slice(self) -> int:
@@ -92,7 +107,7 @@ class Counted:
         return Counted(*changed, diagonal + areas - Counted(*changed, diagonal) @ np.ones(len(areas)))
 
 
-def _rows(matrix: sparse.csr_array, start: int, stop: int) -> sparse.csr_array:
+def rows(matrix: sparse.csr_array, start: int, stop: int) -> sparse.csr_array:
     """Some rows of a matrix, nothing copied."""
     first, last = matrix.indptr[start], matrix.indptr[stop]
     return sparse.csr_array((matrix.data[first:last], matrix.indices[first:last],

@@ -89,11 +89,11 @@ def look_across(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, 
     seen, apart = np.empty(count), np.empty(count)
 
     def look(start: int, stop: int) -> None:
-        square = nets.draw(start, stop).reshape(-1, 4)
-        first, second = (np.repeat(side, 2 * half) for side in pairs[:, start:stop])
-        origins = visibility.off(mesh.spread(first, square[:, :2]), mesh.normal[first])
-        targets = mesh.spread(second, square[:, 2:])
-        worth = exchanged(origins, mesh.normal[first], targets, mesh.normal[second])
+        square, (first, second) = nets.draw(start, stop), pairs[:, start:stop]
+        normal, facing = mesh.normal[first][:, None], mesh.normal[second][:, None]
+        origins = visibility.off(mesh.spread(first, square[..., :2]), normal)
+        targets = mesh.spread(second, square[..., 2:])
+        worth = exchanged(origins, normal, targets, facing)
         through = (worth * visibility.clear(origins, targets)).reshape(-1, 2, half).sum(axis=2)
         total = worth.reshape(-1, 2, half).sum(axis=2)
         seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), 1e-300)

@@ -62,14 +62,17 @@ def cast(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, ...],
         for start, rows, taken in elsewhere(mesh, nets, step):
             hits[start : start + len(rows)] = rows
             visibility.rays += taken
-    hits[~visibility.exposed] = INSIDE
     return hits
 
 
 def cast_rows(mesh: Mesh, visibility: Visibility, nets: Nets, start: int, stop: int) -> np.ndarray:
-    """What the rays from patches start to stop meet (stop − start, rays), covered patches among them: alike
-    for equal `start` and `stop`, whichever core or machine asks."""
-    return _met(mesh, visibility, np.arange(start, stop), nets.draw(start, stop))
+    """What the rays from patches start to stop meet (stop − start, rays), INSIDE for covered ones, which cast
+    none: alike for equal `start` and `stop`, whichever core or machine asks."""
+    open_ = np.flatnonzero(visibility.exposed[start:stop])
+    square = nets.draw(start, stop)
+    hits = np.full(square.shape[:2], INSIDE, dtype=np.int32)
+    hits[open_] = _met(mesh, visibility, start + open_, square[open_])
+    return hits
 
 
 def _met(mesh: Mesh, visibility: Visibility, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
@@ -77,7 +80,7 @@ def _met(mesh: Mesh, visibility: Visibility, patch: np.ndarray, square: np.ndarr
     origins = visibility.off(mesh.spread(patch, square[..., :2]), mesh.normal[patch][:, None])
     directions = cosine_directions(square[..., 2:], frames(mesh.normal[patch]))
     found = visibility.first_hit(origins.reshape(-1, 3), directions.reshape(-1, 3)).astype(np.int32)
-    found = found.reshape(len(patch), -1)
+    found = found.reshape(square.shape[:2])
     # A ray is lost where the surface is covered (a crate's foot) or where light escapes.
     partly = np.flatnonzero((found < 0).any(axis=1))
     inside = visibility.inside_solid(origins[partly].reshape(-1, 3),
@@ -136,11 +139,9 @@ def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
     areas = mesh.area * open_.exposed
     given, between = tallied(mesh, hits, areas, open_.lost)
     error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
+    matrix = Counted(given, given.T.tocsr(), np.zeros(n))
     if better_dense(n, 2 * hits.size):
-        matrix = given.toarray()
-        matrix += matrix.T  # numpy keeps a copy of what overlaps
-    else:
-        matrix = Counted(given, given.T.tocsr(), np.zeros(n))
+        matrix = matrix.toarray()
     leak = float(open_.lost.max())
     return Exchange(areas, balance(matrix, areas)[0], leak, error, pair, leak, int(open_.lost.argmax()))
 
@@ -153,31 +154,22 @@ def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -
     counts of a pair the smaller patch's is the better: their variances are as the areas, and so the pair's
     two are weighted.
     """
-    (n, rays), surfaces = hits.shape, mesh.surface.max() + 1
-    alive, share, step = areas > 0, mesh.area / rays / (1 - lost), max(1, CHUNK // rays)
-    kept = np.empty(hits.shape, dtype=bool)
-
-    def choose(start: int, stop: int) -> None:
-        part = hits[start:stop]
-        kept[start:stop] = (part >= 0) & alive[start:stop, None] & alive[part]
-
-    in_threads(choose, n, step)
-    ends = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-    column, data = np.empty(ends[-1], dtype=np.int32), np.empty(ends[-1])
-    between = np.zeros((-(-n // step), surfaces**2))
+    counts, surfaces = tallies(hits, len(hits)), mesh.surface.max() + 1
+    share, step = mesh.area / hits.shape[1] / (1 - lost), max(1, CHUNK // hits.shape[1])
+    between = np.zeros((-(-len(hits) // step), surfaces**2))
 
     def weigh(start: int, stop: int) -> None:
-        part = slice(ends[start], ends[stop])
-        own, column[part] = kept[start:stop], hits[start:stop][kept[start:stop]]
-        row = np.repeat(np.arange(start, stop), own.sum(axis=1))
-        other, worth = areas[column[part]], share[row]
-        data[part] = worth * other / (areas[row] + other)
-        pairs = mesh.surface[row] * surfaces + mesh.surface[column[part]]
+        part = slice(counts.indptr[start], counts.indptr[stop])
+        row = np.repeat(np.arange(start, stop), np.diff(counts.indptr[start : stop + 1]))
+        column, own = counts.indices[part], areas[row]
+        other = areas[column]
+        worth = np.where((own > 0) & (other > 0), share[row] * counts.data[part], 0.0)
+        counts.data[part] = worth * other / np.where(worth > 0, own + other, 1.0)
+        pairs = mesh.surface[row] * surfaces + mesh.surface[column]
         between[start // step] = np.bincount(pairs, worth, surfaces**2)
 
-    in_threads(weigh, n, step)
-    given = sparse.csr_array((data, column, ends), shape=(n, n))
-    return given, between.sum(axis=0).reshape(surfaces, surfaces)
+    in_threads(weigh, len(hits), step)
+    return counts, between.sum(axis=0).reshape(surfaces, surfaces)
 
 
 def look_round(points: np.ndarray, normals: np.ndarray, visibility: Visibility, rays: int,
@@ -203,16 +195,25 @@ def look_round(points: np.ndarray, normals: np.ndarray, visibility: Visibility, 
 def shares(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
     """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), from
     what rays meet (k, rays)."""
+    counts = tallies(hits, n_patches)
+    counts.data /= hits.shape[1]
+    return counts
+
+
+def tallies(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
+    """How many rays of each row meet each patch (k, n_patches), from what they meet (k, rays)."""
     step = max(1, CHUNK // hits.shape[1])
-    found: list = [None] * -(-len(hits) // step)
+    ends, found = np.zeros(len(hits) + 1, dtype=np.int64), [None] * -(-len(hits) // step)
 
     def tally(start: int, stop: int) -> None:
-        row, ray = np.nonzero(hits[start:stop] >= 0)
-        place = (start + row) * n_patches + hits[start + row, ray]
-        found[start // step] = np.unique(place, return_counts=True)
+        met = np.sort(hits[start:stop], axis=1)
+        first = np.ones(met.shape, dtype=bool)
+        np.not_equal(met[:, 1:], met[:, :-1], out=first[:, 1:])
+        place = np.flatnonzero(first)
+        column, times = met.ravel()[place], np.diff(place, append=met.size)
+        ends[start + 1 : stop + 1] = (first & (met >= 0)).sum(axis=1)
+        found[start // step] = column[column >= 0], times[column >= 0].astype(float)
 
     in_threads(tally, len(hits), step)
-    places, counts = (np.concatenate(each) for each in zip(*found, strict=True))
-    row, column = np.divmod(places, n_patches)
-    ends = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=len(hits)))])
-    return sparse.csr_array((counts / hits.shape[1], column, ends), shape=(len(hits), n_patches))
+    column, times = (np.concatenate(each) for each in zip(*found, strict=True))
+    return sparse.csr_array((times, column, np.cumsum(ends)), shape=(len(hits), n_patches))

@@ -42,11 +42,14 @@ def _scrambled(n: int, dimensions: int, seed: tuple[int, ...], parts: int) -> np
 
 
 def cosine_directions(square: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Directions (k, n, 3) with density cos θ / π, from points of the unit square (k, n, 2).
+    """Directions (k, n, 3) with density cos θ / π, from points of the unit square (k, n, 2), in single
+    precision, which is Embree's.
 
     frames : (k, 3, 3), the last row of each the axis θ is counted from.
     """
-    radius, angle = np.sqrt(square[..., 0]), 2 * np.pi * square[..., 1]
-    local = np.stack([radius * np.cos(angle), radius * np.sin(angle),
-                      np.sqrt(1 - square[..., 0])], axis=-1)
-    return local @ frames
+    local = np.empty((*square.shape[:-1], 3), dtype=np.float32)
+    radius, angle = np.sqrt(square[..., 0]), (2 * np.pi * square[..., 1]).astype(np.float32)
+    np.multiply(radius, np.cos(angle), out=local[..., 0], casting="same_kind")
+    np.multiply(radius, np.sin(angle), out=local[..., 1], casting="same_kind")
+    local[..., 2] = np.sqrt(1 - square[..., 0])  # in double: near the horizon digits are scarce
+    return local @ frames.astype(np.float32)

@@ -96,7 +96,10 @@ class Visibility:
         corners = self._cast(mesh.vertices)[mesh.patches[front]]
         quads = np.flatnonzero(~mesh.triangular[front])
         triangles = np.concatenate([corners[:, :3], corners[quads][:, [0, 2, 3]]])
-        self._patch = np.concatenate([front, front[quads]])
+        patch = np.concatenate([front, front[quads]])
+        twin = mesh.twin[patch]
+        self._normal = mesh.normal[patch].astype(np.float32)
+        self._of_face = np.concatenate([patch, np.where(twin >= 0, twin, INSIDE)])  # fronts, then backs
         self._scene = EmbreeScene()
         faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
         self._geometry = TriangleMesh(self._scene, triangles.reshape(-1, 3), faces)
@@ -119,10 +122,9 @@ class Visibility:
         def work(start: int, stop: int) -> None:
             d = np.ascontiguousarray(directions[start:stop], dtype=np.float32)
             hit = self._scene.run(self._cast(origins[start:stop]), d, query="INTERSECT")
-            found = np.where(hit >= 0, self._patch[hit], NOTHING)
-            behind = (hit >= 0) & (np.einsum("ij,ij->i", d, self.mesh.normal[found]) > 0)
-            twin = self.mesh.twin[found]
-            patch[start:stop] = np.where(behind, np.where(twin >= 0, twin, INSIDE), found)
+            behind = np.einsum("ij,ij->i", d, self._normal.take(hit, axis=0, mode="clip")) > 0
+            found = self._of_face.take(hit + len(self._normal) * behind, mode="clip")
+            patch[start:stop] = np.where(hit >= 0, found, NOTHING)
 
         in_threads(work, n)
         self._count(n)
