@@ -43,10 +43,10 @@ def patches(solution: Solution):
     return data
 
 
-def save_vtp(solution: Solution, path: Path) -> Path:
-    """Write the patches for ParaView and the like."""
+def save_vtp(data, path: Path) -> Path:
+    """Write `patches` for ParaView and the like."""
     with whole_file(path) as part:
-        patches(solution).save(part)
+        data.save(part)
     return path
 
 

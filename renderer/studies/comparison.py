@@ -18,7 +18,7 @@ from renderer.pictures.exr import save_luminance, save_spectral
 from renderer.pictures.image import exposure, outlined, save_png, tone_map, white_balance
 from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
 from renderer.pictures.sheet import Column, save_sheet
-from renderer.pictures.three_d import save_view, save_vtp
+from renderer.pictures.three_d import patches, save_view, save_vtp
 from renderer.report import solution_record
 from renderer.scene.reading import Scene
 from renderer.solution import Progress, Reading, Rooms, Solution
@@ -149,5 +149,5 @@ def _save_case(case: Case, view: View, column: Column, luminance: np.ndarray, to
     if solution.bands.edges is not None:
         files.append(save_spectral(view.spectral(solution), solution.bands,
                                    Path(f"{stem}_spectral.exr")))
-        files.append(save_vtp(solution, Path(f"{stem}.vtp")))
+        files.append(save_vtp(patches(solution), Path(f"{stem}.vtp")))
     return files

@@ -9,7 +9,7 @@ from renderer.pictures.camera import look
 from renderer.pictures.exr import save_luminance, save_spectral
 from renderer.pictures.image import exposure, save_png, tone_map, white_balance
 from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
-from renderer.pictures.three_d import save_vtp
+from renderer.pictures.three_d import patches, save_vtp
 from renderer.solution import Progress, Solution
 
 
@@ -26,18 +26,19 @@ def _seen(solution: Solution, progress: Progress):
 
 def save_render(solution: Solution, out: Path, progress: Progress) -> list[Path]:
     """Write the picture, luminance and spectral EXR, and the patches."""
-    view, _, total = _seen(solution, progress)
     stem = f"{solution.scene.path.stem}_{solution.bands.name}"
-    balanced = total @ white_balance(solution.flux.sum(axis=0) @ solution.bands.xyz).T
-    pixels = tone_map(balanced, exposure([balanced], [view.shows_surface]))
-    with ThreadPoolExecutor(1) as pool:  # VTK takes as long to import as the spectra to add up
-        patches = pool.submit(save_vtp, solution, out / f"{stem}.vtp")
+    with ThreadPoolExecutor(1) as pool:  # VTK takes as long to import as a camera to look about
+        data = pool.submit(patches, solution)
+        view, _, total = _seen(solution, progress)
+        balanced = total @ white_balance(solution.flux.sum(axis=0) @ solution.bands.xyz).T
+        pixels = tone_map(balanced, exposure([balanced], [view.shows_surface]))
         files = [save_png(pixels, out / f"{stem}.png", []),
                  save_luminance(total[..., 1], out / f"{stem}_luminance.exr")]
+        files.append(save_vtp(data.result(), out / f"{stem}.vtp"))
         if solution.bands.edges is not None:
             files.append(save_spectral(view.spectral(solution), solution.bands,
                                        out / f"{stem}_spectral.exr"))
-        return [*files[:2], patches.result(), *files[2:]]
+    return files
 
 
 def save_pseudocolour(solution: Solution, out: Path, progress: Progress) -> list[Path]:
