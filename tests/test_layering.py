@@ -1,6 +1,8 @@
 """The house: light passes from the first folder to the last, and imports never run back."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -64,3 +66,14 @@ def test_heavy_packages_are_imported_where_they_are_used(path):
         names = [a.name for a in node.names] if isinstance(node, ast.Import) else [
             node.module or ""] if isinstance(node, ast.ImportFrom) else []
         assert not {n.split(".")[0] for n in names} & {"colour", "pyvista", "matplotlib", "OpenEXR"}
+
+
+def test_plots_of_colour_science_are_imported_when_first_used():
+    said = subprocess.run([sys.executable, "-c", """
+import sys
+import renderer.colour, colour
+print("matplotlib.pyplot" in sys.modules)
+from colour.plotting import plot_single_sd
+print(colour.plotting.plot_single_sd is plot_single_sd, colour.plotting is sys.modules["colour.plotting"])
+"""], capture_output=True, text=True, check=True).stdout
+    assert said.split() == ["False", "True", "True"]
