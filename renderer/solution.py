@@ -274,8 +274,10 @@ class Solution:
             parts = next((k for k in (8, 4) if len(own.patches) * k * k < CHEAP), 2)
             plan = self.plan.times(1 / parts)
             other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
-        fine, coarse = (solve_on(self.scene, band_set("rgb"), each, self.rooms, transport)
-                        for each, transport in ((self.plan, self.transport), (plan, other)))
+        rgb = band_set("rgb")
+        fine = replace(self) if self.bands.name == rgb.name else solve_on(  # a copy, lest it hold itself
+            self.scene, rgb, self.plan, self.rooms, self.transport)
+        coarse = solve_on(self.scene, rgb, plan, self.rooms, other)
         sampled = fine if self.transport.parts > 1 else coarse
         return fine, sampled.by_parts(), coarse
 
