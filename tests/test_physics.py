@@ -193,6 +193,34 @@ def test_what_stands_aslant_covers_its_own_area_and_keeps_energy(room, objects, 
     assert mean_illuminance(solution) == pytest.approx(1000 / (area * 0.5), rel=1e-8)
 
 
+def scattered(n: int) -> list[dict]:
+    """n² boxes about a floor of 4 m × 4 m, no edges of two in line: bases 0.4 by 0.3 times the room for each,
+    heights up to 2 m."""
+    random = np.random.default_rng(1)
+    cell = 4 / n
+    return [{"shape": "box", "position": [cell * (i + 0.5 * a), cell * (j + 0.6 * b), 0.0],
+             "size": [0.4 * cell, 0.3 * cell, 2 * c]}
+            for (i, j), (a, b, c) in zip(np.ndindex(n, n), random.uniform(0.05, 1, (n * n, 3)), strict=True)]
+
+
+@pytest.mark.parametrize(("accuracy", "known"), [(0.05, 1e-8), (0.5, 1e-3)])
+def test_a_floor_crowded_with_boxes_is_divided_around_each(room, accuracy, known):
+    boxes = scattered(6)
+    solution = renderer.solve(room(0.5, objects=boxes, luminaires=[LAMP]), bands="rgb", accuracy=accuracy)
+    transport = solution.transport
+    sides = sum(2 * (a + b) * c for a, b, c in (box["size"] for box in boxes))
+    area = transport.exchange.areas.sum()
+    # Each roof is as large as the floor it covers. Feet that are small beside a patch are left to rays, 1024 a
+    # patch: its share to better than 0.5 / √1024, of the 16 m² floor 0.5 / √1024 / √n.
+    assert area == pytest.approx(80 + sides, rel=known)
+    assert mean_illuminance(solution) == pytest.approx(1000 / (area * 0.5), rel=1e-8)
+    # Lines along all their edges would make (2 · 36)² cells.
+    assert (transport.mesh.surface == 0).sum() < 72**2 / 4
+    # Of n points in proportion to light, each seen or not, the share seen is known to 1 / (2 √n): 32 for
+    # each 256th of it.
+    assert np.abs(transport.lost).max() < 4 / (2 * np.sqrt(32 * 256))
+
+
 def test_no_patch_reaches_under_what_stands_on_it(room):
     # A patch on both sides of a thin screen would carry light from its lit side to its dark one.
     scene = room(0.5, objects=[SCREEN])

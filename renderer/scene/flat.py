@@ -250,7 +250,7 @@ def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> 
     ideal = trimesh.transform_points(box, np.linalg.inv(to_box))
     # The vertices themselves, not the fitted corners, so that neighbours meet exactly.
     near = [np.linalg.norm(flat[:, :2] - corner, axis=1).argmin() for corner in ideal]
-    corners = points[near]
+    corners = np.asarray(points)[near]
     u, v = corners[1] - corners[0], corners[3] - corners[0]
     if np.cross(u, v) @ normal < 0:
         u, v = v, u

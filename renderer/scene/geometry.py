@@ -1,6 +1,7 @@
 """Flat rectangles, and objects as trimesh meshes."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -20,13 +21,13 @@ class Rectangle:
     u: np.ndarray
     v: np.ndarray
 
-    @property
+    @cached_property
     def normal(self) -> np.ndarray:
         """Unit normal of the front (3,)."""
         n = np.cross(self.u, self.v)
         return n / np.linalg.norm(n)
 
-    @property
+    @cached_property
     def corners(self) -> np.ndarray:
         """Corners (4, 3) [m], counter-clockwise seen from the front."""
         return self.corner + np.array([0 * self.u, self.u, self.u + self.v, self.v])

@@ -48,12 +48,13 @@ def _rings(face: Face) -> list[np.ndarray]:
     return [face.corners] if isinstance(face, Rectangle) else [*map(face.solid, face.rings)]
 
 
-def slanting(rectangle: Rectangle, feet: list[list[np.ndarray]], lamps: list[np.ndarray],
+def standing(rectangle: Rectangle, feet: list[list[np.ndarray]], every: bool, lamps: list[np.ndarray],
              patch_size: float, touch: float):
-    """What stands on a rectangle with an edge neither along nor across it, as shapely's in metres along its
-    edges; None where nothing does. Aligned feet need no cutting: the grid has its lines along them.
+    """What stands on a rectangle and is to be cut out of it, as shapely's in metres along its edges; None
+    where nothing is. Aligned feet need no cutting where the grid has its lines along them.
 
-    feet : rings (k, 3) [m] of each, the outer first; lamps : outlines that are cut out in any case.
+    feet : rings (k, 3) [m] of each, the outer first; every : whether aligned ones are cut out too;
+    lamps : outlines that are cut out in any case.
     """
     import shapely
 
@@ -62,7 +63,7 @@ def slanting(rectangle: Rectangle, feet: list[list[np.ndarray]], lamps: list[np.
     for rings in feet:
         flat = [(ring - rectangle.corner) @ axes.T for ring in rings]
         steps = np.abs(np.roll(flat[0], -1, axis=0) - flat[0])
-        if (steps.min(axis=1) > touch).any() and np.ptp(flat[0], axis=0).max() > THIN * patch_size:
+        if (every or (steps.min(axis=1) > touch).any()) and np.ptp(flat[0], axis=0).max() > THIN * patch_size:
             shapes.append(shapely.Polygon(flat[0], flat[1:]))
     whole = shapely.box(0, 0, *_sides(rectangle)).buffer(-touch)
     shapes = sorted((s for s in shapes if s.intersects(whole)), key=lambda s: -s.area)
@@ -77,7 +78,7 @@ def cut(rectangle: Rectangle, cells: np.ndarray, feet, patch_size: float,
     """Cells (m, 4) of a rectangle, s and t from and to, clear of feet: those across their outline are
     quartered until they are short, and what is left of them is cut into triangles (k, 3, 2) in s and t.
 
-    feet : from `slanting`.
+    feet : from `standing`.
     """
     import shapely
 

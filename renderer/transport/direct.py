@@ -15,6 +15,9 @@ from renderer.transport.visibility import Visibility
 PATCH_POINTS, PATCH_RAYS = 4, 8
 """Points on a patch, and shadow rays from each, where its direct light has no closed form: in each of
 so many independent parts."""
+BRIGHT, MOST = 256, 5
+"""A patch has twice the points for each time that its share of a luminaire's light doubles past 1 in so many,
+so often at most: what all of them miss together is then small, and they are few."""
 FAR = 1 / 64
 """A patch whose diagonal is below this share of its distance to a luminaire has its light from its
 middle: light that falls as 1/d² over that distance has a mean within 6/24 · (1/64)² of it, 6e-5."""
@@ -184,8 +187,11 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
         flux = _unoccluded_flux(mesh, live, lum, (*seed, index, 0))
         mean[:, live, index] = flux / exchange.areas[live]
         if visibility is not None:
-            lit = live[flux > 0]
-            mean[:, lit, index] *= _share_on(mesh, lit, lum, visibility, (*seed, index, 1), parts)
+            doubled = np.ceil(np.log2(np.maximum(BRIGHT * flux, 1))).clip(max=MOST)
+            for more in np.unique(doubled[flux > 0]).astype(int):
+                lit = live[(flux > 0) & (doubled == more)]
+                mean[:, lit, index] *= _share_on(mesh, lit, lum, visibility, (*seed, index, 1, more), parts,
+                                                 PATCH_POINTS << more)
     arrived = exchange.areas @ mean
     return mean / np.where(arrived > 0, arrived, 1.0)[:, None], 1 - arrived.mean(axis=0)
 
@@ -246,25 +252,27 @@ def _solid_angles(corners: np.ndarray) -> np.ndarray:
 
 
 def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, visibility: Visibility, seed,
-              parts: int) -> np.ndarray:
-    """Share of a luminaire's light on each patch that gets past what stands between (parts, k)."""
-    points, normals = _points_on(mesh, patch, seed, parts)
+              parts: int, on_each: int) -> np.ndarray:
+    """Share of a luminaire's light on each patch that gets past what stands between (parts, k), by so many
+    points on each in each part."""
+    points, normals = _points_on(mesh, patch, seed, parts, on_each)
     share = np.ones((parts, len(patch)))
     maybe = may_be_shadowed(points[:, None], normals, lum, visibility.mesh.obstacles)
     some = maybe.reshape(len(patch), -1).any(axis=1)
-    of_some = np.repeat(some, parts * PATCH_POINTS)
+    of_some = np.repeat(some, parts * on_each)
     points, normals, maybe = points[of_some], normals[of_some], maybe[of_some]
     factors = unoccluded(points, normals, [lum])[:, 0]
     past = factors.copy()
     asked = np.flatnonzero(maybe & (factors > 0))
     past[asked] *= visible_share(visibility.off(points[asked], normals[asked]), normals[asked], lum,
                                  visibility, PATCH_RAYS, (*seed, 0), 1)[0]
-    past, total = (x.reshape(-1, parts, PATCH_POINTS).sum(axis=2).T for x in (past, factors))
+    past, total = (x.reshape(-1, parts, on_each).sum(axis=2).T for x in (past, factors))
     share[:, some] = past / np.where(total > 0, total, 1.0)
     return share
 
 
-def _points_on(mesh: Mesh, patch: np.ndarray, seed, parts: int) -> tuple[np.ndarray, np.ndarray]:
-    """`parts` times PATCH_POINTS points all over each patch, and their normals (k · points, 3)."""
-    points = mesh.spread(patch, Nets(PATCH_POINTS, 2, seed, parts).draw(0, len(patch)))
+def _points_on(mesh: Mesh, patch: np.ndarray, seed, parts: int,
+               on_each: int = PATCH_POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """`parts` times so many points all over each patch, and their normals (k · points, 3)."""
+    points = mesh.spread(patch, Nets(on_each, 2, seed, parts).draw(0, len(patch)))
     return points.reshape(-1, 3), np.repeat(mesh.normal[patch], points.shape[1], axis=0)

@@ -10,7 +10,7 @@ from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
-from renderer.transport.contacts import Faces, covered_by_contact, cut, quartered, slanting
+from renderer.transport.contacts import Faces, covered_by_contact, cut, quartered, standing
 from renderer.transport.mounting import COPLANAR, Mounting, mounting
 from renderer.transport.patches import Mesh
 from renderer.transport.polygons import triangulated, without
@@ -26,6 +26,8 @@ WHOLE_EDGE, SLENDER = 2.0, 0.2
 patches of 1 %, more where more is asked; but not those shorter than that share of a patch."""
 NEAREST_LAMP = 64
 """Near a lamp, patches are this much smaller than elsewhere, at the most."""
+CROWDED = 16
+"""Times as many cells as it would have alone that a rectangle may be divided into along what stands on it."""
 FEW = 4
 """A polygon smaller than a patch and of no more triangles than this keeps them."""
 HINDRANCES = 64
@@ -49,11 +51,12 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
                        CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area))
     rectangles = [(index, face) for index, parts in enumerate(every) for face in parts.rectangles]
     polygons = [(index, face) for index, parts in enumerate(every) for face in parts.polygons]
-    outlines = np.array([r.corners for _, r in rectangles]
-                        + [m.outline for m in mountings if not m.cut_out]).reshape(-1, 4, 3)
+    own = [r.corners for index, r in rectangles if index < builder.n_walls]
+    own = np.array(own + [m.outline for m in mountings if not m.cut_out]).reshape(-1, 4, 3)
+    solids = np.array([r.corners for index, r in rectangles if index >= builder.n_walls]).reshape(-1, 4, 3)
     faces = Faces([*rectangles, *polygons])
     for index, rectangle in rectangles:
-        builder.add_rectangle(index, rectangle, outlines, faces, mountings)
+        builder.add_rectangle(index, rectangle, own, solids, faces, mountings)
     for mounted in mountings:
         if mounted.cut_out:
             builder.add_face(mounted.surface, mounted.face)
@@ -100,12 +103,18 @@ class _Builder:
         self.n_vertices += len(vertices)
         self.n_patches += len(patches)
 
-    def add_rectangle(self, index: int, rectangle: Rectangle, outlines: np.ndarray, faces: Faces,
-                      mountings: list[Mounting]) -> None:
-        us = self.divisions(rectangle.corner, rectangle.u, rectangle.v, rectangle.normal, outlines)
-        vs = self.divisions(rectangle.corner, rectangle.v, rectangle.u, rectangle.normal, outlines)
+    def add_rectangle(self, index: int, rectangle: Rectangle, own: np.ndarray, solids: np.ndarray,
+                      faces: Faces, mountings: list[Mounting]) -> None:
+        """Divide a rectangle along outlines (m, 4, 3): of the room and what is mounted on it, and of solids,
+        unless so many cross it that their feet had better be cut out one by one."""
+        us, vs = self.grid_lines(rectangle, np.concatenate([own, solids]))
+        crowded = len(us) * len(vs) > 4 * CROWDED
+        if crowded:  # perhaps: alone it has four corners at the least
+            alone = self.grid_lines(rectangle, own)
+            crowded = len(us) * len(vs) > CROWDED * len(alone[0]) * len(alone[1])
+            us, vs = alone if crowded else (us, vs)
         covers = self.on(index, rectangle.corner, rectangle.normal, mountings)
-        feet = slanting(rectangle, faces.against(index, rectangle, self.touch),
+        feet = standing(rectangle, faces.against(index, rectangle, self.touch), crowded,
                         [m.outline for m in covers if m.cut_out], self.patch_size, self.touch)
         vertices, patches = self.divided(rectangle, us, vs, feet)
         surface = np.full(len(patches), index)
@@ -152,6 +161,11 @@ class _Builder:
         _, first, index = np.unique(np.round(corners, 8), axis=0, return_index=True, return_inverse=True)
         return (rectangle.corner + corners[first] @ np.stack([rectangle.u, rectangle.v]),
                 index.reshape(-1, 4))
+
+    def grid_lines(self, rectangle: Rectangle, outlines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where a rectangle is cut along each edge (k,), 0 to 1."""
+        return (self.divisions(rectangle.corner, rectangle.u, rectangle.v, rectangle.normal, outlines),
+                self.divisions(rectangle.corner, rectangle.v, rectangle.u, rectangle.normal, outlines))
 
     def divisions(self, corner, along, across, normal, outlines) -> np.ndarray:
         """Where a rectangle is cut along one edge (k,), 0 to 1: at what touches it, and between."""
