@@ -10,6 +10,7 @@ import numpy as np
 from renderer.cache import Arrays
 from renderer.plan import Plan
 from renderer.readings.grid import readable
+from renderer.readings.photometer import largest
 from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import Scene
 from renderer.solution import Rooms, Solution, solve
@@ -24,8 +25,6 @@ OF_GRID, OF_METERS = 8, 8
 OF_MESH, OF_RAYS, OF_SIZE = 0.9, 0.7, 0.5
 """A bar's part by the mesh falls as patches' mean size to that power; by sampling as rays, and that size,
 to those (docs/decisions.md)."""
-ELEMENTS = 8000
-"""What a meter divides the surfaces into, about; of a fine mesh's patches it adds a quarter."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,9 @@ class Pilot:
 
     def growth(self, patches: float) -> float:
         """What a meter costs on a mesh of so many patches, over what it costs here."""
-        return (ELEMENTS + patches / 4) / (ELEMENTS + self.size.patches / 4)
+        # Elements fill half of what they may, about; of a fine mesh's patches a quarter come on top.
+        here, there = (2 / largest(n, self.rays) + n / 4 for n in (self.size.patches, patches))
+        return there / here
 
 
 class Watch:

@@ -210,8 +210,8 @@ def test_a_floor_crowded_with_boxes_is_divided_around_each(room, accuracy, known
     transport = solution.transport
     sides = sum(2 * (a + b) * c for a, b, c in (box["size"] for box in boxes))
     area = transport.exchange.areas.sum()
-    # Each roof is as large as the floor it covers. Feet that are small beside a patch are left to rays, 1024 a
-    # patch: its share to better than 0.5 / √1024, of the 16 m² floor 0.5 / √1024 / √n.
+    # Each roof is as large as the floor it covers. Feet that are small beside a patch are left to rays, 1024
+    # a patch: its share to better than 0.5 / √1024, of the 16 m² floor 0.5 / √1024 / √n.
     assert area == pytest.approx(80 + sides, rel=known)
     assert mean_illuminance(solution) == pytest.approx(1000 / (area * 0.5), rel=1e-8)
     # Lines along all their edges would make (2 · 36)² cells.

@@ -17,9 +17,10 @@ from renderer.transport.threads import in_threads
 from renderer.transport.transport import Transport
 from renderer.transport.visibility import STAND_OFF
 
-LARGEST = 2.5e-4
-"""Surfaces are divided until no element fills more of the meter's view: 1/4000. Then the light
-on an element may be taken at its middle."""
+LARGEST, COARSEST, OF_PATCH = 2.5e-4, 2e-3, 2.0
+"""Surfaces are divided until no element fills more of the meter's view: 1/4000. Then the light on an element
+may be taken at its middle. Where rays go to each, as many times what a patch of the mesh fills on average, up
+to 1/500."""
 NEAR_LAMP = 0.5
 """An element's half diagonal is at most this share of its distance to any lamp that lights it."""
 DEEPEST = 24
@@ -28,10 +29,9 @@ READING_RAYS, MOST_RAYS, ENOUGH = 1 << 10, 1 << 14, 5e-4
 many, until so small a share of what comes straight from them is uncertain."""
 AT_ONCE = 1 << 14
 """Rays from the meter to elements worked on at once: what stays in the cache."""
-SIGHT_RAYS = 4
-"""Rays from the meter to each element, in each independent part."""
 ELEMENT_RAYS = 4
-"""Shadow rays from each element, likewise; their errors average out over thousands of elements."""
+"""Rays from the meter to each element, and shadow rays from there to each luminaire, in each independent
+part, as many times more as elements are larger: their errors average out over thousands."""
 
 
 @dataclass(frozen=True)
@@ -137,8 +137,8 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     # A whole patch has its mean light; of what is seen in part, light is taken in the middle of that part.
     light = transport.direct_parts[:, patch]
     divided = np.flatnonzero(~whole)
-    light[:, divided] = direct_on(transport, patch[divided], *st[divided].T, 0, ELEMENT_RAYS, parts,
-                                  corners[divided])
+    light[:, divided] = direct_on(transport, patch[divided], *st[divided].T, 0, _element_rays(transport),
+                                  parts, corners[divided])
     sensors = sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *st.T, factors,
                     light, conserving=True)
     return Meter(_direct(transport, spot), tuple(sensors))
@@ -160,11 +160,11 @@ def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarr
           st: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Share of each element that a meter sees past what stands between (parts, k), and the middle of what it
     sees (k, 2): its own, `st`, where it is seen whole."""
-    mesh, visibility = transport.mesh, transport.visibility
+    mesh, visibility, rays = transport.mesh, transport.visibility, _element_rays(transport)
     share, st = np.ones((transport.parts, len(patch))), st.copy()
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))
-    nets = Nets(SIGHT_RAYS, 2, (transport.seed, 6), transport.parts)
+    nets = Nets(rays, 2, (transport.seed, 6), transport.parts)
 
     def look(start: int, stop: int) -> None:
         part = doubtful[start:stop]
@@ -174,20 +174,32 @@ def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarr
         clear = visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
         worth = exchanged(spot.position, spot.normal, targets, mesh.normal[patch[part], None])
         past = worth * clear
-        total, through = (x.reshape(-1, transport.parts, SIGHT_RAYS).sum(axis=2).T for x in (worth, past))
+        total, through = (x.reshape(-1, transport.parts, rays).sum(axis=2).T for x in (worth, past))
         share[:, part] = np.where(total > 0, through / np.where(total > 0, total, 1.0), 0.0)
         some = np.flatnonzero(past.any(axis=1) & ~clear.all(axis=1))
         past = past[some] / past[some].sum(axis=1)[:, None]
         st[part[some]] = np.stack([(x[some] * past).sum(axis=1) for x in points], axis=1)
 
-    in_threads(look, len(doubtful), AT_ONCE // (transport.parts * SIGHT_RAYS))
+    in_threads(look, len(doubtful), AT_ONCE // (transport.parts * rays))
     return share, st
+
+
+def largest(patches: int, rays: int) -> float:
+    """Share of a meter's view that an element may fill, on a mesh of so many patches with so many rays each,
+    0 for none."""
+    return min(max(LARGEST, OF_PATCH / patches), COARSEST) if rays else LARGEST
+
+
+def _element_rays(transport: Transport) -> int:
+    """Rays to and from each element, a power of 2, in each independent part."""
+    more = largest(len(transport.mesh.patches), transport.rays_per_patch) / LARGEST
+    return ELEMENT_RAYS << round(np.log2(more))
 
 
 def _elements(transport: Transport, spot: Spot):
     """Patches divided until none fills much of the view or lies near a lamp for its size: patch, one after
     the other, corners (k, 4, 2), factor, and whether it is a whole patch."""
-    mesh = transport.mesh
+    mesh, most = transport.mesh, largest(len(transport.mesh.patches), transport.rays_per_patch)
     patch = np.flatnonzero((transport.exchange.areas > 0) & transport.reflecting)
     unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     half = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
@@ -198,7 +210,7 @@ def _elements(transport: Transport, spot: Spot):
         n = len(patch)
         factor = polygon_factors(np.broadcast_to(spot.position, (n, 3)),
                                  np.broadcast_to(spot.normal, (n, 3)), world)
-        large = (factor > LARGEST) | ((factor > 0) & _near_a_lamp(transport, patch, world))
+        large = (factor > most) | ((factor > 0) & _near_a_lamp(transport, patch, world))
         large &= depth < DEEPEST - 1
         kept = ~large & (factor > 0)
         done.append((patch[kept], corners[kept], factor[kept], np.full(kept.sum(), depth == 0)))

@@ -25,6 +25,8 @@ CACHED = 1 << 15
 """Rays to a luminaire worked on at once: what stays in the cache."""
 TOGETHER = 32
 """Points in a row that are first looked at as one."""
+PAIRS = 1 << 12
+"""Of those and boxes, looked at in one go."""
 SHADOW_RAYS = 64
 """Rays from a point to a luminaire with area: its penumbra in 64 steps, jittered."""
 
@@ -97,9 +99,9 @@ def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminair
     ray is needed."""
     outline = luminaire.center[None] if luminaire.outline is None else luminaire.outline
     lamp = np.array([outline.min(axis=0), outline.max(axis=0)])
-    boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)], axis=1)
+    boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)])
     # A sheet does not stand in the way of its own light.
-    boxes = boxes[~(boxes == lamp).all(axis=(1, 2))]
+    boxes = boxes[:, ~(boxes == lamp[:, None]).all(axis=(0, 2))].transpose(0, 2, 1)
     shadowed = np.zeros(len(points), dtype=bool)
 
     def work(start: int, stop: int) -> None:
@@ -113,10 +115,19 @@ def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminair
         alike = (facing == np.maximum.reduceat(n, first, axis=1)).all(axis=0)
         least = np.where(alike, np.minimum.reduceat(front, first), -np.inf)
         found = shadowed[start:stop]
-        for box in boxes:
-            near = np.repeat(_in_the_way(low, high, facing, least, lamp, box), TOGETHER)[:stop - start]
-            k = np.flatnonzero(near & ~found)
-            found[k] = _in_the_way(p[0][:, k], p[1][:, k], n[:, k], front[k], lamp, box)
+        some = max(1, PAIRS // len(first))
+        for block in range(0, boxes.shape[2], some):
+            box = boxes[..., block:block + some]
+            group, of = (each.ravel() for each in np.indices((len(first), box.shape[2])))
+            near = np.flatnonzero(_in_the_way(low[:, group], high[:, group], facing[:, group], least[group],
+                                              lamp, box[..., of]))
+            point = (first[group[near], None] + np.arange(TOGETHER)).ravel()
+            of = np.repeat(of[near], TOGETHER)
+            asked = np.flatnonzero(point < stop - start)
+            asked = asked[~found[point[asked]]]
+            k = point[asked]
+            hidden = _in_the_way(p[0][:, k], p[1][:, k], n[:, k], front[k], lamp, box[..., of[asked]])
+            found[k[hidden]] = True
 
     in_threads(work, len(points), CACHED)
     return shadowed
@@ -124,15 +135,15 @@ def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminair
 
 def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np.ndarray, lamp: np.ndarray,
                 box: np.ndarray) -> np.ndarray:
-    """Whether a box (2, 3) reaches between a lamp's (2, 3) and each one from low to high (3, k), in front of
-    what faces along a normal (3, k), `front` (k,) along it."""
+    """Whether each of boxes (2, 3, k) reaches between a lamp's (2, 3) and what goes from low to high (3, k),
+    in front of what faces along a normal (3, k), `front` (k,) along it."""
     to_low, to_high = lamp[0][:, None] - low, lamp[1][:, None] - high
     slack = SLACK * np.maximum(-to_low, to_high).max(axis=0, initial=0.0)
-    least, most = box[..., None]
+    least, most = box
     found = (np.where(normal > 0, most, least) * normal).sum(axis=0) > front + slack
     k = np.flatnonzero(found)
-    found[k] = reaches(to_low[:, k], to_high[:, k], least - high[:, k] - slack[k],
-                       most - low[:, k] + slack[k])
+    found[k] = reaches(to_low[:, k], to_high[:, k], least[:, k] - high[:, k] - slack[k],
+                       most[:, k] - low[:, k] + slack[k])
     return found
 
 

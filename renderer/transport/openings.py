@@ -59,11 +59,11 @@ def _from_face(p: np.ndarray, n: np.ndarray, luminaire: Luminaire, face: Face) -
     whole = far > max(sides) * APART
     near = np.flatnonzero(~whole)
     light[near] = _near_face(p[near], n[near], luminaire, face)
-    # From as far, as many places: one rule for all points of an octave's quarter.
-    ring = np.floor(4 * np.log2(np.where(whole, far, 1.0)))
+    # From as far, as many places: one rule for all points of an octave.
+    ring = np.floor(np.log2(np.where(whole, far, 1.0)))
     for step in np.unique(ring[whole]):
         k = np.flatnonzero(whole & (ring == step))
-        places, share = _rule(face, sides, closeness(luminaire) * 2 ** (step / 4))
+        places, share = _rule(face, sides, closeness(luminaire) * 2**step)
         size = max(1, POINTS * 8 // len(places))
         for part in np.split(k, range(size, len(k), size)):
             light[part] = _sent(p[part, None], n[part, None], luminaire.center + places, luminaire,

@@ -33,8 +33,8 @@ class Distribution:
         polar = np.degrees(np.arctan2(np.hypot(ahead, aside), pole))
         azimuth = np.degrees(np.arctan2(aside, ahead))
         azimuth = np.where(azimuth < self.azimuth[0], azimuth + 360, azimuth)
-        i, s = _place(self.azimuth, azimuth)
-        j, t = _place(self.polar, polar)
+        (i, s), (j, t) = (_place(stops, step, at) for stops, step, at in zip(
+            (self.azimuth, self.polar), self._spacing, (azimuth, polar), strict=True))
         width = len(self.polar)
         flat, at = self.candela.ravel(), i * width + j
         near = flat[at] + t * (flat[at + 1] - flat[at])
@@ -47,6 +47,12 @@ class Distribution:
         c, gamma = np.radians(c), np.radians(gamma)
         return self.intensity(np.stack([np.sin(gamma) * np.cos(c), np.sin(gamma) * np.sin(c),
                                         np.cos(gamma) * np.ones_like(c)], axis=-1))
+
+    @cached_property
+    def _spacing(self) -> list[float | None]:
+        """From one azimuth to the next, and from one polar angle; None where they are not evenly spaced."""
+        steps = [np.diff(stops) for stops in (self.azimuth, self.polar)]
+        return [float(each[0]) if np.abs(each - each[0]).max() < 1e-9 * each[0] else None for each in steps]
 
     @cached_property
     def flux(self) -> float:
@@ -82,10 +88,12 @@ class Distribution:
         return float(weight[along < 0].sum() / total) if total > 0 else 0.0
 
 
-def _place(stops: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which interval of `stops` each value is in (…), and how far along (0 … 1)."""
-    step = stops[1] - stops[0]
-    if np.abs(np.diff(stops) - step).max() < 1e-9 * step:  # evenly spaced: no search
+def _place(stops: np.ndarray, step: float | None, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which interval of `stops` each value is in (…), and how far along (0 … 1).
+
+    step : from each to the next; None where they are not evenly spaced.
+    """
+    if step is not None:  # no search
         k = np.clip(((at - stops[0]) / step).astype(np.int64), 0, len(stops) - 2)
     else:
         k = np.clip(np.searchsorted(stops, at, side="right") - 1, 0, len(stops) - 2)
