@@ -130,7 +130,7 @@ def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: tupl
     if rays:
         parts = independent_parts(both[0][0], rays) / REPLICAS
         total = _operators(*both[0], rays, pilot.doubtful)[1] + parts * (
-            pilot.lamp_rays * size.patches + pilot.meter_rays * pilot.growth(size.patches))
+            pilot.lamp_rays * size.patches + pilot.meter_rays)
     widest = max((f.uncertainty / f.value for f in figures if f.value > 0), default=None)
     return Stage(*(n for n, _ in both), round(total), float(seconds),
                  sum(_bytes(n, v, rays, pilot.doubtful) for n, v in both), widest)

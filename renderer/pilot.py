@@ -25,6 +25,8 @@ OF_GRID, OF_METERS = 8, 8
 OF_MESH, OF_RAYS, OF_SIZE = 0.9, 0.7, 0.5
 """A bar's part by the mesh falls as patches' mean size to that power; by sampling as rays, and that size,
 to those (docs/decisions.md)."""
+ALWAYS = 1500
+"""Of so many elements is what a meter costs whatever the mesh: its rays, which are as many."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ class Pilot:
     def growth(self, patches: float) -> float:
         """What a meter costs on a mesh of so many patches, over what it costs here."""
         # Elements fill half of what they may, about; of a fine mesh's patches a quarter come on top.
-        here, there = (2 / largest(n, self.rays) + n / 4 for n in (self.size.patches, patches))
+        here, there = (ALWAYS + 2 / largest(n, self.rays) + n / 4 for n in (self.size.patches, patches))
         return there / here
 
 
