@@ -37,7 +37,7 @@ def _save(channels: dict[str, np.ndarray], header: dict, path: Path) -> Path:
 
     pixels = {name: np.ascontiguousarray(plane, dtype=np.float32)
               for name, plane in channels.items()}
-    # Light varies in its last digits everywhere: ZIPS would take ten times as long for 6 % less.
+    # Light varies in its last digits everywhere: ZIPS takes many times as long for 6 % less.
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
     with whole_file(path) as part, OpenEXR.File(header, pixels) as file:
         file.write(str(part))
