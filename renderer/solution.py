@@ -17,10 +17,8 @@ from renderer.readings.reading import Reading
 from renderer.readings.reconstruction import reconstructed
 from renderer.readings.uncertainty import band_error, half_widths
 from renderer.scene.reading import Scene
-from renderer.transport.exchange import Exchange
 from renderer.transport.hemisphere import Rows
-from renderer.transport.patches import Mesh
-from renderer.transport.solve import radiosity
+from renderer.transport.solve import ENOUGH, FOR_BARS, TOLERANCE, radiosity
 from renderer.transport.threads import in_threads
 from renderer.transport.transport import Transport, compute, compute_transport
 
@@ -258,7 +256,7 @@ class Solution:
         if len(transport.mesh.patches) > MANY:
             plan = plan.times(np.sqrt(len(transport.mesh.patches) / CHEAP))
             transport = self.rooms.transport(self.scene, plan, transport.seed + 1)
-        return tuple(solve_on(self.scene, bands, plan, self.rooms, transport)
+        return tuple(solve_on(self.scene, bands, plan, self.rooms, transport, FOR_BARS)
                      for bands in (self.bands, narrow_bands()))
 
     @cached_property
@@ -276,8 +274,8 @@ class Solution:
             other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
         rgb = band_set("rgb")
         fine = replace(self) if self.bands.name == rgb.name else solve_on(  # a copy, lest it hold itself
-            self.scene, rgb, self.plan, self.rooms, self.transport)
-        coarse = solve_on(self.scene, rgb, plan, self.rooms, other)
+            self.scene, rgb, self.plan, self.rooms, self.transport, FOR_BARS)
+        coarse = solve_on(self.scene, rgb, plan, self.rooms, other, FOR_BARS)
         sampled = fine if self.transport.parts > 1 else coarse
         return fine, sampled.by_parts(), coarse
 
@@ -290,7 +288,7 @@ class Solution:
         brought = transport.departures(self.radiosity)
         more = brought + (transport.direct_parts - transport.direct) @ self.flux / stretch
         rho = self.reflectance[transport.mesh.surface]
-        light = radiosity(transport.exchange, np.tile(rho, parts), np.hstack(more))
+        light = radiosity(transport.exchange, np.tile(rho, parts), np.hstack(more), ENOUGH)
         sent, received = (stretch * each.reshape(len(rho), parts, bands).transpose(1, 0, 2) for each in light)
         received += stretch * brought
         return [replace(self, radiosity=self.radiosity + sent[k], received=self.received + received[k],
@@ -329,20 +327,22 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
     return solve_on(scene, scene.band_set(bands or settings.bands), plan, rooms, transport)
 
 
-def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport) -> Solution:
-    """Solve a scene on a transport already computed."""
+def solve_on(scene: Scene, bands: BandSet, plan: Plan, rooms: Rooms, transport: Transport,
+             tolerance: float = TOLERANCE) -> Solution:
+    """Solve a scene on a transport already computed; tolerance : as for `radiosity`."""
     started = time.perf_counter()
-    light, solved = _light(scene, bands, transport.mesh, transport.exchange, transport.direct)
+    light, solved = _light(scene, bands, transport, tolerance)
     return Solution(scene, bands, plan, rooms, transport, scene.reflectance(bands), scene.flux(bands), *light,
                     None, solved, time.perf_counter() - started)
 
 
-def _light(scene: Scene, bands: BandSet, mesh: Mesh, exchange: Exchange, direct: np.ndarray) -> tuple:
+def _light(scene: Scene, bands: BandSet, transport: Transport, tolerance: float) -> tuple:
     """What each patch sends, and receives by way of the others, both (n_patches, n_bands); and how many
-    systems of equations that took. direct : (n_patches, n_luminaires) [m⁻²]"""
+    systems of equations that took."""
     reflectance, flux = scene.reflectance(bands), scene.flux(bands)
     first, index, scale = distinct_bands(reflectance, flux)
-    light = radiosity(exchange, reflectance[mesh.surface][:, first], direct @ flux[:, first])
+    light = radiosity(transport.exchange, reflectance[transport.mesh.surface][:, first],
+                      transport.direct @ flux[:, first], tolerance)
     if len(first) < len(index):
         light = tuple(each[:, index] * scale for each in light)
     return light, len(first)

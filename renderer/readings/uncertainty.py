@@ -12,8 +12,8 @@ STUDENT = float(stdtrit(REPLICAS - 1, 0.975))
 ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
 
-SOLVED = 1e-9
-"""Share of a reading that the solver's tolerance and rounding may move it by, about, unless hardly anything
+SOLVED = 1e-5
+"""Share of a reading that the tolerance of solves for error bars may move it by, unless hardly anything
 absorbs."""
 
 

@@ -6,6 +6,7 @@ kept and reported.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -140,7 +141,7 @@ class Exchange:
         """Whether the factors are in single precision."""
         return isinstance(self.matrix, Counted) and self.matrix.given.dtype == np.float32
 
-    @property
+    @cached_property
     def in_single(self) -> np.ndarray | Counted:
         """The matrix in single precision."""
         return self.matrix.astype(np.float32)

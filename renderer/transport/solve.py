@@ -22,17 +22,18 @@ SLOW, SHORT = 0.01, 200
 """Where one leaves more, or takes so many steps, the next is in double precision."""
 LONG = 20_000
 """Steps of a solve, at most."""
-ENOUGH = 1e-3
-"""Where only an error bar hangs on it."""
+FOR_BARS, ENOUGH = 2e-6, 1e-3
+"""The residual where only an error bar hangs on it; and the least that is of use there."""
 STEPS = 48
 """In a room of one paint, at most; what they leave is solved band by band."""
 
 
-def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray) -> tuple:
+def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
+              tolerance: float = TOLERANCE) -> tuple:
     """B = ρ (E_direct + F B), solved by conjugate gradients.
 
-    reflectance, direct : (n_patches, n_bands), [1] and [W m⁻²]. Returns B and F B, what each patch sends,
-    and receives from the others, both (n_patches, n_bands).
+    reflectance, direct : (n_patches, n_bands), [1] and [W m⁻²]; tolerance : of the residual. Returns B and
+    F B, what each patch sends, and receives from the others, both (n_patches, n_bands).
     With b = √A B = r z and r = √ρ the equation is (1 − r G r) z = r √A E, where
     G_ij = S_ij / √(A_i A_j) is symmetric with no eigenvalue above 1: positive definite as long as
     something absorbs. No division by ρ or 1 − ρ, so both ends of the range are ordinary.
@@ -49,7 +50,7 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray) -
     norm = _norm(right)
     norm = np.where(norm > 0, norm, 1.0)
     large = exchange.single
-    goal = TOLERANCE_OF_LARGE if large else TOLERANCE
+    goal = max(tolerance, TOLERANCE_OF_LARGE) if large else tolerance
 
     def check(z: np.ndarray) -> tuple:
         # After hundreds of steps what the steps call the residual may not be the true one.
@@ -85,7 +86,7 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray) -
             break
     # A residual of rounding size against a large z is as good as the numbers allow.
     rounding = 1e-14 * _norm(z) / norm
-    if not (left <= np.maximum(ACCEPTABLE, rounding)).all():
+    if not (left <= np.maximum(max(goal, ACCEPTABLE), rounding)).all():
         raise SolveError(f"the interreflections do not settle (residual {left.max():.1e}): almost "
                          "nothing in the room absorbs light. Lower the reflectance of a surface.")
     received *= inverse**2
