@@ -120,8 +120,9 @@ def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: tupl
     both = [(round(n), round(v)) for n, v in ((size.patches, size.vertices),
                                               (size.other_patches, size.other_vertices))]
     work = 0.0
+    doubtful = pilot.doubtful if _across(both[0][0], rays, pilot.doubtful) else None  # on both meshes alike
     for n, v in both:
-        pairs, cast = _operators(n, v, rays, pilot.doubtful)
+        pairs, cast = _operators(n, v, rays, doubtful)
         work += OF_A_PAIR * pairs * one[0] + OF_A_RAY * cast * one[1]
     seconds = work * (PARALLEL / (cpu_count() or 1) + 1 - PARALLEL)
     seconds += pilot.lamp_seconds * (size.patches + size.other_patches)
@@ -129,23 +130,30 @@ def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: tupl
     total = 0.0
     if rays:
         parts = independent_parts(both[0][0], rays) / REPLICAS
-        total = _operators(*both[0], rays, pilot.doubtful)[1] + parts * (
+        total = _operators(*both[0], rays, doubtful)[1] + parts * (
             pilot.lamp_rays * size.patches + pilot.meter_rays)
     widest = max((f.uncertainty / f.value for f in figures if f.value > 0), default=None)
     return Stage(*(n for n, _ in both), round(total), float(seconds),
-                 sum(_bytes(n, v, rays, pilot.doubtful) for n, v in both), widest)
+                 sum(_bytes(n, v, rays, doubtful) for n, v in both), widest)
 
 
-def _operators(n: int, v: int, rays: int, doubtful: float) -> tuple[float, float]:
+def _across(n: int, rays: int, doubtful: float | None) -> bool:
+    """Whether rays go between doubtful pairs alone; those over n² are `doubtful`, None where that is ruled
+    out."""
+    return doubtful is not None and rays_in_half(n, round(doubtful * n**2), rays) > 0
+
+
+def _operators(n: int, v: int, rays: int, doubtful: float | None) -> tuple[float, float]:
     """Pairs of places whose factor is computed, and rays cast, for n patches and v vertices.
 
-    rays : a patch; doubtful : pairs of patches that need rays, over n²
+    rays : a patch; doubtful : as for `_across`
     """
     if not rays:
         return n * (n + v), 0.0
-    pairs = round(doubtful * n**2)
     of_vertices = v * rays_of_vertex(rays) if independent_parts(n, rays) > 1 else 0
-    return n**2 if rays_in_half(n, pairs, rays) else 0, between(n, pairs, rays) + of_vertices
+    if _across(n, rays, doubtful):
+        return n**2, between(n, round(doubtful * n**2), rays) + of_vertices
+    return 0, rays * n + of_vertices
 
 
 def _seconds_of_a_ray(mesh: Mesh) -> float:
@@ -170,14 +178,14 @@ def _seconds_of_a_pair(mesh: Mesh) -> float:
     return seconds / (len(mesh.centroid[points]) * len(mesh.patches))
 
 
-def _bytes(n: int, v: int, rays: int, doubtful: float) -> float:
+def _bytes(n: int, v: int, rays: int, doubtful: float | None) -> float:
     """Memory of one mesh's operators while they are made; as for `_operators`."""
     if not rays:
         return 8.0 * 1.2 * n * (n + v)
     parts = independent_parts(n, rays)
-    pairs, of_vertices = round(doubtful * n**2), v * rays_of_vertex(rays) * (parts > 1)
-    if rays_in_half(n, pairs, rays):
-        return 8.0 * n * n * MATRICES + OF_A_DOUBT * pairs + 12.0 * of_vertices
+    of_vertices = v * rays_of_vertex(rays) * (parts > 1)
+    if _across(n, rays, doubtful):
+        return 8.0 * n * n * MATRICES + OF_A_DOUBT * doubtful * n**2 + 12.0 * of_vertices
     hits = 4.0 * (rays * n + of_vertices)
     whole = 8.0 * n * n if better_dense(n, 2 * n * rays) else 24.0 * n * rays
     part = 24.0 * n * rays / parts if parts > 1 else 0.0

@@ -42,11 +42,13 @@ class Plan:
     patch_size : edge of a patch [m]
     rays : rays per patch; 0 where nothing can stand between two patches
     reasons : what is modelled and what is left out, in sentences
+    across : whether rays may go between doubtful pairs alone, where those need no more
     """
 
     patch_size: float
     rays: int
     reasons: tuple[str, ...]
+    across: bool = True
 
     def times(self, factor: float) -> "Plan":
         """The same with patches so many times as long: how far the answer moves tells the mesh error.

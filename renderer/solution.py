@@ -52,13 +52,13 @@ class Rooms:
     def transport(self, scene: Scene, plan: Plan, seed: int,
                   progress: Progress = lambda step: None) -> Transport:
         """The transport of that scene's geometry, computed once."""
-        key = (scene.geometry_key, plan.patch_size, plan.rays, seed)
+        key = (scene.geometry_key, plan.patch_size, plan.rays, seed, plan.across)
         if key not in self.kept:
             while sum(each.factors for each in self.kept.values()) > KEPT:
                 del self.kept[next(iter(self.kept))]
             progress(f"{scene.title}: form factors; {'; '.join(plan.reasons)}")
             self.kept[key] = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key),
-                                               self.elsewhere)
+                                               self.elsewhere, plan.across)
         return self.kept[key]
 
     def _remember(self, key: tuple):
@@ -264,13 +264,15 @@ class Solution:
         """This scene in RGB: as it is, with each sample of the rays, and on another mesh; the samples of
         the other, whose rays are fewer, where this has none of its own."""
         patches = len(self.transport.mesh.patches)
-        plan = self.plan.times(max(2.0, np.sqrt(patches / (2 * MANY))))
+        # Like with like: factors of middles and of whole patches err apart, and might err together by chance.
+        like = replace(self.plan, across=self.transport.sight is not None or not self.plan.rays)
+        plan = like.times(max(2.0, np.sqrt(patches / (2 * MANY))))
         other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
         own = self.transport.mesh
         if COARSER * own.area.max() > other.mesh.area.max():
             # What has one patch a wall cannot be coarser, only finer: as far as that is cheap.
             parts = next((k for k in (8, 4) if len(own.patches) * k * k < CHEAP), 2)
-            plan = self.plan.times(1 / parts)
+            plan = like.times(1 / parts)
             other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
         rgb = band_set("rgb")
         fine = replace(self) if self.bands.name == rgb.name else solve_on(  # a copy, lest it hold itself

@@ -263,3 +263,14 @@ def test_both_ways_read_alike(monkeypatch):
     assert hemispheres.transport.sight is None
     for ours, theirs in zip(read, hemispheres.photometers(), strict=True):
         assert abs(ours.total_lx - theirs.total_lx) <= ours.uncertainty + theirs.uncertainty
+
+
+@pytest.mark.parametrize("most, across", [(4000, True), (200, False)])
+def test_a_mesh_is_held_against_one_of_its_own_kind(room, monkeypatch, most, across):
+    # Factors seen from middles err otherwise than those of whole patches: their difference is no mesh error.
+    monkeypatch.setattr(form_factors, "MOST_PATCHES", most)
+    solution = renderer.solve(room(objects=[CRATE]), bands="rgb", accuracy=0.05)
+    other = solution.family[2].transport
+    assert len(other.mesh.patches) <= 200 < len(solution.transport.mesh.patches)
+    assert (solution.transport.sight is not None) is across
+    assert (other.sight is not None) is across

@@ -56,6 +56,7 @@ class Transport:
     visibility : None where nothing can stand between two points
     remember : called with a name and what makes its arrays; returns those, made or kept
     elsewhere : casts the rays of a large mesh on other machines; None for here
+    across : whether rays may go between doubtful pairs alone, where those need no more
     """
 
     room: Room
@@ -67,6 +68,7 @@ class Transport:
     visibility: Visibility | None
     remember: Callable[[str, Callable[[], Arrays]], Arrays] = compute
     elsewhere: Rows | None = None
+    across: bool = True
     seconds: float = field(default=0.0)
 
     @cached_property
@@ -79,7 +81,7 @@ class Transport:
     def sight(self) -> Sight | None:
         """What patches see of each other; None where nothing stands between them, or so much that rays all
         over their hemispheres are the better way."""
-        if self.visibility is None:
+        if self.visibility is None or not self.across:
             return None
 
         def make() -> Arrays:
@@ -236,17 +238,17 @@ class Transport:
 
 
 def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
-                      remember=compute, elsewhere: Rows | None = None) -> Transport:
+                      remember=compute, elsewhere: Rows | None = None, across: bool = True) -> Transport:
     """Divide the room into patches and find out who exchanges light with whom.
 
     patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches;
-    remember, elsewhere : as in `Transport`.
+    remember, elsewhere, across : as in `Transport`.
     """
     started = time.perf_counter()
     luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     mesh = build_mesh(scene, luminaires, patch_size)
     transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed,
-                          Visibility(mesh) if rays else None, remember, elsewhere)
+                          Visibility(mesh) if rays else None, remember, elsewhere, across)
     _refuse_hidden(scene, transport)
     if transport.parts == 1:
         transport.__dict__.pop("hits", None)  # counted, and as large as the rest
