@@ -8,7 +8,7 @@ from renderer.errors import InputError
 from renderer.readings.uncertainty import Figure, half_width
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.rooms import spelt
-from renderer.transport.direct import spread
+from renderer.transport.aim import spread
 from renderer.transport.sampling import REPLICAS, Nets
 from renderer.transport.transport import Transport
 

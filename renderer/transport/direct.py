@@ -3,6 +3,7 @@
 import numpy as np
 
 from renderer.scene.luminaires import Luminaire
+from renderer.transport.aim import aimed
 from renderer.transport.contour import exchange_areas, exchanged, polygon_factors
 from renderer.transport.exchange import Exchange
 from renderer.transport.openings import measured_flux, through_opening
@@ -56,7 +57,7 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
 
     points : (k, 3) [m], already off their surface, or (k, parts, 3), a place for each part. Rays go to
     points all over the luminaire, each weighted with what it would bring; so many to each point in each of
-    `parts` independent nets.
+    `parts` independent nets. What few rays say is biased as that weight varies, so they are aimed.
     """
     each = points if points.ndim > 2 else points[:, None]
     if luminaire.outline is None:
@@ -70,9 +71,9 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
         few = max(1, CACHED // (rays * parts))
         for first in range(start, stop, few):
             part = slice(first, min(first + few, stop))
-            targets = spread(luminaire, square[part.start - start:part.stop - start])
             origins = each[part] if each.shape[1] == 1 else np.repeat(each[part], rays, axis=1)
-            weight = _worth(origins, normals[part, None], luminaire, targets)
+            targets, stands = aimed(luminaire, origins, square[part.start - start:part.stop - start])
+            weight = stands * _worth(origins, normals[part, None], luminaire, targets)
             past = weight * visibility.clear(origins, targets)
             past, total = (w.reshape(-1, parts, rays).sum(axis=2).T for w in (past, weight))
             share[:, part] = past / np.where(total > 0, total, 1.0)
@@ -145,19 +146,6 @@ def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np
     found[k] = reaches(to_low[:, k], to_high[:, k], least[:, k] - high[:, k] - slack[k],
                        most[:, k] - low[:, k] + slack[k])
     return found
-
-
-def spread(luminaire: Luminaire, square: np.ndarray) -> np.ndarray:
-    """Points all over a luminaire's face (…, 3) [m], from points of the unit square (…, 2)."""
-    if luminaire.rectangle is not None:
-        r, s, t = luminaire.rectangle, square[..., 0], square[..., 1]
-        return np.stack([c + s * u + t * v for c, u, v in zip(r.corner, r.u, r.v, strict=True)], axis=-1)
-    spokes = luminaire.outline - luminaire.center
-    turn = square[..., 1] * len(spokes)
-    sector = np.minimum(turn.astype(int), len(spokes) - 1)
-    part = (turn - sector)[..., None]
-    edge = (1 - part) * spokes[sector] + part * spokes[(sector + 1) % len(spokes)]
-    return luminaire.center + np.sqrt(square[..., :1]) * edge
 
 
 def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire],
