@@ -8,9 +8,10 @@ import pytest
 import renderer
 from renderer.colour.bands import BAND_SETS
 from renderer.errors import InputError
+from renderer.plan import Plan, make_plan
 from renderer.scene.model import SolverTable
 from renderer.studies import tradeoff
-from renderer.studies.tradeoff import Setting, Tradeoff, grid, measure
+from renderer.studies.tradeoff import Setting, Tradeoff, asked_for, grid, measure
 from renderer.studies.tradeoff_files import COLUMNS, recommendations, save, words
 
 FLOOR = {"name": "floor", "position": [2.0, 2.0, 0.0], "normal": [0, 0, 1]}
@@ -80,6 +81,19 @@ def test_among_settings_alike_the_programs_own_bands_are_recommended_then_the_fe
 def test_every_band_set_has_its_place_among_those_alike():
     assert sorted(tradeoff.PREFERRED) == sorted(BAND_SETS)
     assert tradeoff.PREFERRED[0] == SolverTable().bands
+
+
+def test_what_is_recommended_is_what_the_program_then_does(room):
+    scene = room(objects=[{"shape": "box", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}])
+    for size, rays in ((1.0, 256), (0.3, 256), (0.3, 1024), (0.1, 256)):
+        asked = asked_for(scene, Plan(size, rays, ()))
+        assert make_plan(scene, asked, size).rays == rays
+    assert asked_for(scene, Plan(0.3, 64, ())) is None  # so few are never cast on so few patches
+    many, few = setting(1.0, 0.005), setting(0.1, 0.005)
+    settings = [replace(many, method="rays", rays=1024, accuracy=0.01), replace(few, method="rays", rays=64)]
+    assert Tradeoff(scene, settings, "", 0.0).recommended(0.01) is settings[0]
+    assert "(accuracy = 0.01, 1024 rays a patch)" in words(Tradeoff(
+        scene, [replace(settings[0], bands=name) for name in BAND_SETS], "", 0.0))
 
 
 def test_nothing_is_recommended_for_less_than_the_reference_is_known_to():

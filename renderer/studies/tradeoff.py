@@ -8,7 +8,7 @@ import numpy as np
 
 from renderer.colour.bands import BAND_SETS, narrow_bands
 from renderer.errors import InputError
-from renderer.plan import FEWEST_RAYS, Plan, make_plan
+from renderer.plan import Plan, make_plan
 from renderer.readings.photometer import make_meter
 from renderer.scene.reading import Scene
 from renderer.solution import Progress, Rooms, solve_on
@@ -24,6 +24,8 @@ FINER = 2.0
 REFERENCE_RAYS = 4096
 TARGETS = (0.05, 0.01, 0.002)
 """Errors that a setting is recommended for."""
+ASKED = (0.05, 0.04, 0.03, 0.02, 0.015, 0.01, 0.007, 0.005, 0.004, 0.003, 0.002, 0.0015, 0.001)
+"""Accuracies from which rays a patch follow."""
 RUNS, ENOUGH = 3, 0.5
 """Runs of which the median is taken, each with rays of its own; where form factors take longer than this many
 seconds, two."""
@@ -42,6 +44,7 @@ class Setting:
     transport : what geometry decides and every band set shares, the meters among it
     photometers : largest relative error of their readings, whichever rays are drawn
     surfaces : error of what each surface receives, over all that arrives
+    accuracy : to ask for with that patch size, and so many rays are cast; None where no accuracy does that
     """
 
     bands: str
@@ -53,6 +56,7 @@ class Setting:
     solve: float
     photometers: float
     surfaces: float
+    accuracy: float | None = None
 
     @property
     def error(self) -> float:
@@ -88,15 +92,15 @@ class Tradeoff:
         return kept
 
     def recommended(self, target: float) -> Setting | None:
-        """What to take for that error, by the method that the program takes here and with no fewer rays than
-        it casts; None if no setting is within it, or the reference is not.
+        """What to take for that error, by the method that the program takes here and with as many rays as
+        some accuracy makes it cast; None if no setting is within it, or the reference is not.
 
         Of those as fast as the fastest and as good as the best of them: the band set preferred, then the
         fewest patches, then the smaller error.
         """
         own = "contour" if any(s.method == "contour" for s in self.settings) else "rays"
         within = [s for s in self.settings if s.error <= target and s.method == own
-                  and (own == "contour" or s.rays >= FEWEST_RAYS)]
+                  and (own == "contour" or s.accuracy is not None)]
         if not within or target < self.floor:
             return None
         fastest = min(s.seconds for s in within)
@@ -150,12 +154,18 @@ def grid(plan: Plan, own: float | None) -> list[Plan]:
     return exact + cast
 
 
+def asked_for(scene: Scene, plan: Plan) -> float | None:
+    """The loosest of ASKED with which the program casts as many rays on patches as large; None if none is."""
+    return next((asked for asked in ASKED
+                 if make_plan(scene, asked, plan.patch_size).rays == plan.rays), None)
+
+
 def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setting]:
     """What a mesh and its rays make of each band set: median times, and the worst of the draws of rays."""
     rooms, geometry = Rooms(), []
     seconds: dict[str, list[float]] = {name: [] for name in BAND_SETS}
     errors: dict[str, list[tuple]] = {name: [] for name in BAND_SETS}
-    patches = 0
+    patches, asked = 0, asked_for(scene, plan)
     for run in range(RUNS):
         drawn = seed + run if plan.rays else seed
         (transport, meters), shared = timed(lambda drawn=drawn: _prepared(scene, plan, drawn))
@@ -176,7 +186,7 @@ def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setti
             break
     return [Setting(name, "rays" if plan.rays else "contour", plan.patch_size, plan.rays, patches,
                     float(np.median(geometry)), float(np.median(seconds[name])),
-                    *np.max(errors[name], axis=0).tolist()) for name in BAND_SETS]
+                    *np.max(errors[name], axis=0).tolist(), asked) for name in BAND_SETS]
 
 
 def _prepared(scene: Scene, plan: Plan, seed: int) -> tuple[Transport, list]:

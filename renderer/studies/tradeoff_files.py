@@ -49,7 +49,7 @@ def _beyond(found: Tradeoff) -> str:
 
 
 def _cells(s: Setting) -> list[str]:
-    factors = f"{s.rays} rays a patch" if s.rays else "exact"
+    factors = f"{s.rays} rays, accuracy {s.accuracy:g}" if s.rays else "exact"
     return [s.bands, factors, f"{s.patch_size:.3g}", str(s.patches), f"{s.seconds:.2g}", _percent(s.error)]
 
 
@@ -78,7 +78,7 @@ def words(found: Tradeoff) -> str:
         if best is None:
             said.append(f"None of these settings is within {targets}.")
             continue
-        factors = f"{best.rays} rays a patch, which follow from --accuracy" if best.rays else "exact factors"
+        factors = f"accuracy = {best.accuracy:g}, {best.rays} rays a patch" if best.rays else "exact factors"
         said.append(f"For {targets} take bands = \"{best.bands}\" and patch_size = {best.patch_size:.3g} "
                     f"({factors}): {best.seconds:.2g} s, {_percent(best.error)} off.")
     if beyond:
