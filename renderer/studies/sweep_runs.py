@@ -175,7 +175,7 @@ def _on_cores(batches: list[Batch]) -> Iterator[list]:
         finally:
             for worker in active_children() if left else ():
                 worker.terminate()
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.shutdown(wait=not left, cancel_futures=True)
 
 
 def _heed_parent() -> None:
