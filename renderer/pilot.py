@@ -15,14 +15,16 @@ from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import Scene
 from renderer.solution import Rooms, Solution, solve
 from renderer.survey import read_points
-from renderer.transport.form_factors import between
+from renderer.transport.form_factors import MOST_PATCHES, between
 from renderer.transport.patches import Mesh
+from renderer.transport.shafts import doubtful_pairs
+from renderer.transport.transport import Transport
 
-PATCHES, RAYS = 700, 256
+PATCHES, RAYS = 3000, 256
 """Of the coarse solve: patches, about, and rays a patch."""
 OF_GRID, OF_METERS = 8, 8
 """Points read of each grid, and photometers, spread over the scene's."""
-OF_MESH, OF_RAYS, OF_SIZE = 0.9, 0.7, 0.5
+OF_MESH, OF_RAYS, OF_SIZE = 0.8, 0.7, 0.5
 """A bar's part by the mesh falls as patches' mean size to that power; by sampling as rays, and that size,
 to those (docs/decisions.md)."""
 ALWAYS = 1500
@@ -58,8 +60,8 @@ class Size:
 
 def size_of(mesh: Mesh, other: Mesh) -> Size:
     """The size of two meshes: where a few small patches are about lamps, the large ones tell the error."""
-    return Size(len(mesh.patches), len(mesh.vertices), float(mesh.area @ mesh.area / mesh.area.sum()),
-                len(other.patches), len(other.vertices), float(other.area @ other.area / other.area.sum()))
+    return Size(len(mesh.patches), len(mesh.vertices), mesh.size**2, len(other.patches), len(other.vertices),
+                other.size**2)
 
 
 @dataclass(frozen=True)
@@ -127,15 +129,24 @@ def fly(scene: Scene, plan: Plan, patches: int) -> Pilot:
     watch = Watch()
     solution = solve(scene, "rgb", plan=coarse, rooms=Rooms(watch))
     transport, n = solution.transport, len(solution.transport.mesh.patches)
-    sight = transport.sight
-    pairs = sight.pairs.shape[1] if sight is not None else 0
+    pairs = _in_doubt(transport)
     lamp_rays = (transport.rays - between(n, pairs, coarse.rays)) / n
-    other = solution.family[2].transport
+    other = solution.family.meshes[1].transport
     direct = sum(took for name, took in watch.seconds.items() if name.endswith(" direct"))
     solution.make_ready()  # so that what all meters share is not taken for theirs
     figures, seconds, cast = _read(solution)
     return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, pairs / n**2, solution.quadrature, figures,
                  seconds, cast, direct / (n + len(other.mesh.patches)), max(0.0, lamp_rays))
+
+
+def _in_doubt(transport: Transport) -> int:
+    """Pairs of patches between which something may stand, whether rays went between those alone or not."""
+    if transport.visibility is None or len(transport.mesh.patches) > MOST_PATCHES:
+        return 0
+    if transport.sight is not None:
+        return transport.sight.pairs.shape[1]
+    share = transport.exchange.areas / transport.mesh.area
+    return doubtful_pairs(transport.mesh, np.flatnonzero(share > 0), share < 1).shape[1]
 
 
 def _read(solution: Solution) -> tuple[list[Figure], float, float]:

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,15 +27,14 @@ Progress = Callable[[str], None]
 
 CHEAP = 4000
 """Patches that a finer mesh may have without a second thought."""
-MANY = 15_000
-"""Patches past which bands are compared on a coarser mesh; a mesh's error is told by one of at most
-twice as many."""
+MANY = 30_000
+"""Patches, at most, of the mesh that tells another's error."""
 QUADRATURE = 4e-4
 """Share of a reading that light through a measured luminaire's opening may err by (docs/decisions.md)."""
 KEPT = 100_000_000
 """Factors of the transports kept for other rooms, some 2 GB; past that the oldest go."""
-COARSER = 1.5
-"""Largest patch of one mesh over that of another, in area, for them to tell the mesh error."""
+COARSER = 1.25
+"""How many times as long patches of one mesh are as those of another, at least, to tell its error."""
 
 
 @dataclass
@@ -145,11 +145,19 @@ class Solution:
         where = f"{self.scene.path}: photometer {name!r}"
         position, normal = np.asarray(position, dtype=float), np.asarray(normal, dtype=float)
         facing = normal / np.linalg.norm(normal)
-        meter = make_meter(self.transport, position, facing, where)
+        at = self.meters(position, facing, where)
+        meter = at(self)
         direct, indirect = self.read(meter)
         return Reading(name, position, normal, direct, indirect.sum(axis=0),
                        self._power(meter, indirect.sum(axis=0)), self.bands,
-                       *self._errors(meter, position, facing, where))
+                       *self._errors(at))
+
+    def meters(self, position: np.ndarray, normal: np.ndarray, where: str) -> "Callable[[Solution], Meter]":
+        """The meter at a point (3,) that faces along a unit normal (3,), on this mesh and on those that tell
+        its error. Raises InputError."""
+        own = make_meter(self.transport, position, normal, where)
+        return placed(lambda transport: own if transport is self.transport else make_meter(
+            transport, position, normal, where, own))
 
     def _power(self, meter: Meter, indirect: np.ndarray) -> np.ndarray | None:
         """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹]: straight from each lamp exactly, by way of the
@@ -180,8 +188,8 @@ class Solution:
 
     def make_ready(self) -> None:
         """Make what all readings share, on every core, before each core has one to read."""
-        fine, samples, other = self.family
-        _ = [each._luminous_read for each in (self, fine, *samples, other, *self.by_bands)]
+        family = self.family
+        _ = [each._luminous_read for each in (self, *family.meshes, *family.samples, *self.by_bands)]
 
     def luminance(self, position, direction) -> float:
         """Luminance [cd/m²] that an eye at a point (3,) [m] sees along a direction (3,).
@@ -236,50 +244,53 @@ class Solution:
         """Share of a reading that sums over measured luminaires' openings may err by."""
         return QUADRATURE if any(luminaire.opening for luminaire in self.transport.luminaires) else 0.0
 
-    def _errors(self, meter: Meter, position, normal, where) -> tuple[float, float, float]:
+    def _errors(self, at: "Callable[[Solution], Meter]") -> tuple[float, float, float]:
         """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
-        last on the coarser mesh, likewise."""
-        fine, samples, other = self.family
-        at = placed(lambda transport: meter if transport is self.transport else make_meter(
-            transport, position, normal, where))
-        mesh, sampling = half_widths(fine.read_lx(at(fine)), other.read_lx(at(other)),
-                                     np.array([sample.read_lx(at(sample)) for sample in samples]),
-                                     other.plan.patch_size / self.plan.patch_size, self.quadrature)
+        last on the last mesh, likewise. at : as from `meters`"""
+        family = self.family
+        meshes, samples = (np.array([each.read_lx(at(each)) for each in some])
+                           for some in (family.meshes, family.samples))
+        mesh, sampling = half_widths(meshes, samples, family.steps, self.quadrature)
         these, narrow = (solution.read_lx(at(solution)).sum() for solution in self.by_bands)
         return mesh, sampling, band_error(float(these), float(narrow))
 
     @cached_property
     def by_bands(self) -> tuple["Solution", "Solution"]:
-        """This scene on a coarser mesh, in these bands and in narrow ones."""
-        other = self.family[2]
-        plan, transport = other.plan, other.transport
-        if len(transport.mesh.patches) > MANY:
-            plan = plan.times(np.sqrt(len(transport.mesh.patches) / CHEAP))
-            transport = self.rooms.transport(self.scene, plan, transport.seed + 1)
-        return tuple(solve_on(self.scene, bands, plan, self.rooms, transport, FOR_BARS)
+        """This scene on the last mesh of its family, in these bands and in narrow ones."""
+        last = self.family.meshes[-1]
+        return tuple(solve_on(self.scene, bands, last.plan, self.rooms, last.transport)
                      for bands in (self.bands, narrow_bands()))
 
     @cached_property
-    def family(self) -> tuple["Solution", list["Solution"], "Solution"]:
-        """This scene in RGB: as it is, with each sample of the rays, and on another mesh; the samples of
-        the other, whose rays are fewer, where this has none of its own."""
-        patches = len(self.transport.mesh.patches)
-        # Like with like: factors of middles and of whole patches err apart, and might err together by chance.
-        like = replace(self.plan, across=self.transport.sight is not None or not self.plan.rays)
-        plan = like.times(max(2.0, np.sqrt(patches / (2 * MANY))))
-        other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
-        own = self.transport.mesh
-        if COARSER * own.area.max() > other.mesh.area.max():
-            # What has one patch a wall cannot be coarser, only finer: as far as that is cheap.
-            parts = next((k for k in (8, 4) if len(own.patches) * k * k < CHEAP), 2)
-            plan = like.times(1 / parts)
-            other = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
+    def family(self) -> "Family":
+        """This scene in RGB, solved as error bars need it."""
         rgb = band_set("rgb")
         fine = replace(self) if self.bands.name == rgb.name else solve_on(  # a copy, lest it hold itself
             self.scene, rgb, self.plan, self.rooms, self.transport, FOR_BARS)
-        coarse = solve_on(self.scene, rgb, plan, self.rooms, other, FOR_BARS)
-        sampled = fine if self.transport.parts > 1 else coarse
-        return fine, sampled.by_parts(), coarse
+        others = [solve_on(self.scene, rgb, plan, self.rooms, transport, FOR_BARS)
+                  for plan, transport in self._other_meshes()]
+        sampled = fine if self.transport.parts > 1 else others[0]
+        return Family((fine, *others), sampled.by_parts())
+
+    def _other_meshes(self) -> list[tuple[Plan, Transport]]:
+        """Two meshes, each coarser than the one before, or as many as can be; a finer one where none can."""
+        # Like with like: factors of middles and of whole patches err apart, and might err together by chance.
+        like = replace(self.plan, across=self.transport.sight is not None or not self.plan.rays)
+        patches, found = len(self.transport.mesh.patches), []
+
+        def on(plan: Plan) -> tuple[Plan, Transport]:
+            return plan, self.rooms.transport(self.scene, plan, self.transport.seed + 1)
+
+        for times in (max(2.0, float(np.sqrt(patches / MANY))), 2.0):
+            before, finer_mesh = found[-1] if found else (like, self.transport)
+            plan, coarser = on(before.times(times))
+            if coarser.mesh.size < COARSER * finer_mesh.mesh.size:
+                break  # what has one patch a wall, or is made of facets, cannot be coarser
+            found.append((plan, coarser))
+        if not found:  # only finer: as far as that is cheap
+            shorter = next((k for k in (8, 4) if patches * k * k < CHEAP), 2)
+            found.append(on(like.times(self.transport.mesh.size / self.plan.patch_size / shorter)))
+        return found
 
     def by_parts(self) -> list["Solution"]:
         """The same by each independent part of the rays, to first order; none where no ray is cast."""
@@ -295,6 +306,25 @@ class Solution:
         received += stretch * brought
         return [replace(self, radiosity=self.radiosity + sent[k], received=self.received + received[k],
                         sample=k) for k in range(parts)]
+
+
+@dataclass(frozen=True)
+class Family:
+    """One scene in RGB, solved several times: how far apart these are tells how far a reading may err.
+
+    meshes : as it is, and on one or two other meshes, each coarser than the one before; or on a finer one
+    samples : with each part of the rays, none where none is cast; of the second mesh, whose rays are fewer,
+        where the first has no parts
+    """
+
+    meshes: tuple[Solution, ...]
+    samples: list[Solution]
+
+    @property
+    def steps(self) -> tuple[float, ...]:
+        """How many times as long patches are from each mesh to the next."""
+        sizes = [each.transport.mesh.size for each in self.meshes]
+        return tuple(longer / shorter for shorter, longer in pairwise(sizes))
 
 
 def placed(make: Callable) -> Callable[[Solution], Meter]:

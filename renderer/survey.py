@@ -5,7 +5,6 @@ import numpy as np
 from renderer.readings.glare import Glare, rate
 from renderer.readings.grid import GridReading, readable, summarise
 from renderer.readings.luminance import luminance_meter
-from renderer.readings.photometer import make_meter
 from renderer.readings.uncertainty import Figure, band_error, half_widths
 from renderer.scene.grids import Grid
 from renderer.solution import Solution, placed
@@ -20,21 +19,21 @@ def read_grid(solution: Solution, grid: Grid) -> GridReading:
 def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
     """Read a meter at some points of a grid: `read` (n,) tells at which, one or more."""
     where, points = _where(solution, grid), grid.points[read]
-    fine, samples, other = solution.family
+    family = solution.family
     rows = [None] * len(points)
 
     def work(start: int, stop: int) -> None:
         for k in range(start, stop):
-            meter = placed(lambda transport, k=k: make_meter(transport, points[k], grid.normal, where))
-            rows[k] = [each.read_lx(meter(each)) for each in (solution, fine, *samples, other,
-                                                               *solution.by_bands)]
+            meter = solution.meters(points[k], grid.normal, where)
+            rows[k] = [each.read_lx(meter(each)) for each in (solution, *solution.by_bands, *family.meshes,
+                                                              *family.samples)]
 
     solution.make_ready()
     in_threads(work, len(points), 1)
-    own, first, *parts, last, these, narrow = np.array(rows).swapaxes(0, 1)
+    own, these, narrow, *rest = np.array(rows).swapaxes(0, 1)
     means = (float(each.sum(axis=1).mean()) for each in (these, narrow))
-    return summarise(grid, read, own, first, last, np.array(parts).reshape(-1, *own.shape), _ratio(solution),
-                     solution.quadrature, band_error(*means))
+    meshes, samples = np.split(np.array(rest), [len(family.meshes)])
+    return summarise(grid, read, own, meshes, samples, family.steps, solution.quadrature, band_error(*means))
 
 
 def _where(solution: Solution, grid: Grid) -> str:
@@ -47,26 +46,26 @@ def mean_luminance(solution: Solution, position, directions: np.ndarray, name: s
     Each part is an independent sample. Raises InputError where the eye can not be.
     """
     where, position = f"{solution.scene.path}: {name!r}", np.asarray(position, dtype=float)
-    fine, samples, other = solution.family
+    family = solution.family
     meter = placed(lambda transport: luminance_meter(transport, position, directions, where))
-    parts = [each.read_lx(meter(each), k) for k, each in enumerate(samples or [fine] * len(directions))]
-    errors = half_widths(fine.read_lx(meter(fine)), other.read_lx(meter(other)), np.array(parts),
-                         _ratio(solution), solution.quadrature)
+    parts = family.samples or family.meshes[:1] * len(directions)
+    parts = np.array([each.read_lx(meter(each), k) for k, each in enumerate(parts)])
+    errors = half_widths(np.array([each.read_lx(meter(each)) for each in family.meshes]), parts, family.steps,
+                         solution.quadrature)
     return Figure(name, float(solution.read_lx(meter(solution)).sum()), *errors, "cd/m²")
 
 
 def surface_luminances(solution: Solution) -> list[Figure]:
     """Mean luminance [cd/m²] of each surface of the room and each solid, of what of it is not covered."""
-    fine, samples, other = solution.family
-    own, first, last = (_mean_luminances(each) for each in (solution, fine, other))
-    parts = np.array([_mean_luminances(each) for each in samples]).reshape(-1, len(own))
+    family, own = solution.family, _mean_luminances(solution)
+    meshes, parts = (np.array([_mean_luminances(each) for each in some]).reshape(-1, len(own))
+                     for some in (family.meshes, family.samples))
     names = solution.scene.surfaces[:len(solution.scene.materials)]
     found = []
     for k, name in enumerate(names):
         if np.isfinite(own[k]):
             one = slice(k, k + 1)
-            errors = half_widths(first[one], last[one], parts[:, one], _ratio(solution),
-                                 solution.quadrature)
+            errors = half_widths(meshes[:, one], parts[:, one], family.steps, solution.quadrature)
             found.append(Figure(name, float(own[k]), *errors, "cd/m²"))
     return found
 
@@ -87,8 +86,3 @@ def rate_glare(solution: Solution, position, direction, name: str = "observer") 
     indirect = Figure(f"{name}: indirect illuminance", seen.indirect_lx, seen.mesh_error, seen.sampling_error)
     return rate(solution.transport, solution.flux @ solution.bands.luminous, name, seen.position,
                 direction / np.linalg.norm(direction), indirect, f"{solution.scene.path}: observer {name!r}")
-
-
-def _ratio(solution: Solution) -> float:
-    """How many times as long the patches of the other mesh are."""
-    return solution.family[2].plan.patch_size / solution.plan.patch_size

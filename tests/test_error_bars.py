@@ -1,18 +1,22 @@
 """Error bars: what they are made of, that they hold, and that the accuracy asked is met."""
 
 from contextlib import suppress
+from itertools import pairwise
 
 import numpy as np
 import pytest
+import trimesh
 from random_rooms import compare_with_finer, random_scene
 
 import renderer
 from renderer.accuracy import solve_and_read
 from renderer.plan import MAX_PATCHES_DENSE, MAX_RAYS, Plan, make_plan
-from renderer.readings.uncertainty import half_widths
-from renderer.solution import Rooms
+from renderer.readings.uncertainty import ORDER, half_widths
+from renderer.solution import COARSER, Rooms
 
 UP = [0, 0, 1]
+TWICE = 2 ** (1 / ORDER)
+"""Patches so many times as long have errors twice as large, as they are taken."""
 
 
 @pytest.mark.slow
@@ -32,11 +36,24 @@ def test_bars_hold_and_are_sharp_over_random_rooms(tmp_path):
 
 def test_surfaces_that_cancel_are_not_taken_for_agreement():
     fine, other = np.array([100.0, 10.0, 20.0]), np.array([100.0, 11.0, 19.0])
-    mesh, sampling = half_widths(fine, other, np.zeros((0, 3)), 2.0)
+    mesh, sampling = half_widths(np.array([fine, other]), np.zeros((0, 3)), (TWICE,))
     assert mesh == pytest.approx(np.sqrt(2), rel=1e-3)
     assert sampling == 0.0
-    mesh, _ = half_widths(fine, fine + [0, 1, 1], np.zeros((0, 3)), 2.0)
+    mesh, _ = half_widths(np.array([fine, fine + [0, 1, 1]]), np.zeros((0, 3)), (TWICE,))
     assert mesh == pytest.approx(2.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("sizes", [(1.0, 2.0, 4.0), (1.0, 5.5, 11.0), (1.0, 0.125)])
+def test_of_an_error_of_that_order_the_bar_is_the_whole(sizes):
+    meshes = np.array([[100.0, 20.0 + 0.3 * size**ORDER] for size in sizes])
+    steps = tuple(b / a for a, b in pairwise(sizes))
+    mesh, _ = half_widths(meshes, np.zeros((0, 2)), steps)
+    assert mesh == pytest.approx(0.3, rel=1e-3)
+
+
+def test_two_meshes_that_agree_by_accident_are_asked_with_a_third():
+    mesh, _ = half_widths(np.array([[20.0], [20.0], [22.0]]), np.zeros((0, 1)), (TWICE, TWICE))
+    assert mesh == pytest.approx(np.sqrt(1 / 2), rel=1e-3)  # half of the second step, 1, beside 0
 
 
 def test_the_sampling_bar_holds_for_samples_whose_spread_is_known():
@@ -44,10 +61,50 @@ def test_the_sampling_bar_holds_for_samples_whose_spread_is_known():
     held = 0
     for _ in range(2000):
         samples = random.normal(50.0, 3.0, (8, 1))
-        _, sampling = half_widths(samples.mean(axis=0), samples.mean(axis=0), samples, 2.0)
+        _, sampling = half_widths(np.array(2 * [samples.mean(axis=0)]), samples, (2.0,))
         held += abs(samples.mean() - 50.0) <= sampling
     # 95 %, within three standard deviations of a count of 2,000.
     assert held / 2000 == pytest.approx(0.95, abs=3 * np.sqrt(0.95 * 0.05 / 2000))
+
+
+def test_a_room_of_facets_smaller_than_patches_is_held_against_a_finer_one(tmp_path):
+    """Meshes asked for half as fine and twice as fine divide no facet: they are the same mesh, and agree."""
+    trimesh.creation.icosphere(subdivisions=3, radius=2.0).export(tmp_path / "sphere.stl")
+    (tmp_path / "room.toml").write_text("""
+        [room]
+        mesh = "sphere.stl"
+        floor = "dark"
+        walls = "grey"
+        ceiling = "grey"
+        [materials]
+        dark = {reflectance = 0.2}
+        grey = {reflectance = 0.7}
+        [[luminaires]]
+        shape = "point"
+        center = [0.3, 0.0, 0.9]
+        flux = 1000
+    """)
+    scene = renderer.load(tmp_path / "room.toml")
+    loose = renderer.solve(scene, "rgb", 0.2)
+    one, other = loose.family.meshes
+    assert other.transport.mesh.size < one.transport.mesh.size / COARSER
+    fine = renderer.solve(scene, "rgb", 0.002)
+    assert len(fine.radiosity) > 2 * len(loose.radiosity)
+    for position in ([0.5, 0.0, 0.0], [0.0, 0.0, -1.9]):
+        coarse, truth = (each.photometer(position, UP) for each in (loose, fine))
+        assert abs(coarse.total_lx - truth.total_lx) <= np.hypot(coarse.uncertainty, truth.uncertainty)
+
+
+def test_under_a_shelf_of_one_patch_the_bar_is_as_wide_as_the_error(room):
+    """Where patches are as large as what is read is deep, a second mesh knows no more than the first."""
+    shelves = [{"shape": "box", "position": [0.0, 1.0, 0.3 + 0.3 * k], "size": [0.4, 2.0, 0.03]}
+               for k in range(6)]
+    scene = room(0.7, objects=shelves)
+    spot = [0.2, 2.0, 0.0], UP
+    truth = renderer.solve(scene, "rgb", 0.005).photometer(*spot)
+    held = [abs(reading.total_lx - truth.total_lx) <= reading.uncertainty + truth.uncertainty
+            for reading in (renderer.solve(scene, "rgb", 0.05, seed).photometer(*spot) for seed in range(5))]
+    assert sum(held) >= 4
 
 
 def test_a_reading_in_a_hard_place_is_solved_finer_until_it_is_known(room):
@@ -100,4 +157,4 @@ def test_the_error_of_three_bands_is_named_and_a_grey_room_has_none(room):
     assert by_rgb.band_error == pytest.approx(apart, abs=by_31.band_error + 0.02 * apart)
     assert by_31.band_error < 0.01 * by_rgb.band_error
     grey = renderer.solve(room(0.5), "rgb", 0.05).photometer([2, 2, 0], UP)
-    assert grey.band_error < 1e-9 * grey.total_lx
+    assert grey.band_error == 0

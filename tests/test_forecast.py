@@ -31,7 +31,7 @@ def test_patches_rays_and_bands_are_what_then_happens(room, objects, accuracy):
     solution = solve(scene, "31", accuracy)
     solution.photometers()
     assert said.patches == len(solution.transport.mesh.patches)
-    assert said.other_patches == len(solution.family[2].transport.mesh.patches)
+    assert said.other_patches == len(solution.family.meshes[1].transport.mesh.patches)
     assert said.bands_solved == solution.bands_solved
     assert solution.transport.rays / 2 <= said.rays <= 2 * solution.transport.rays
 

@@ -10,9 +10,12 @@ from conftest import PANEL
 
 import renderer
 from renderer.readings.grid import summarise
+from renderer.readings.uncertainty import ORDER
 from renderer.scene.grids import Grid, cells, largest_cell
 from renderer.survey import read_grid
 
+TWICE = 2 ** (1 / ORDER)
+"""Patches so many times as long have errors twice as large, as they are taken."""
 PLANE = {"name": "plane", "origin": [0, 0, 0.8], "u": [4, 0, 0], "v": [0, 4, 0]}
 # EN 12464-1:2011, Table A.1: longer side [m], largest cell [m] as rounded there, least number of points.
 TABLE_A1 = [(0.4, 0.15, 3), (0.6, 0.2, 3), (1, 0.2, 5), (2, 0.3, 6), (5, 0.6, 8), (10, 1, 10), (25, 2, 12),
@@ -66,23 +69,24 @@ def test_the_bars_hold_against_a_finer_mesh_and_the_means_is_no_mean_of_bars(roo
 
 
 def test_how_errors_of_points_combine():
+    none = np.zeros((0, 4, 1))
     grid = Grid("g", np.zeros(3), np.eye(3)[0], np.eye(3)[1], np.eye(3)[2], (4, 1), 0.0)
     light = np.array([[10.0], [10.1], [20.0], [30.0]])
-    shared = summarise(grid, np.ones(4, bool), light, light, light + 1, np.zeros((0, 4, 1)), 2.0, 0.0, 0.0)
+    shared = summarise(grid, np.ones(4, bool), light, np.array([light, light + 1]), none, (TWICE,), 0.0, 0.0)
     assert shared.mean.mesh_error == pytest.approx(1.0, abs=1e-4)  # all move alike
     # All points share what sums over openings err by: a tenth of 17.525 lx, beside 1 of the mesh.
-    lamps = summarise(grid, np.ones(4, bool), light, light, light + 1, np.zeros((0, 4, 1)), 2.0, 0.1, 0)
+    lamps = summarise(grid, np.ones(4, bool), light, np.array([light, light + 1]), none, (TWICE,), 0.1, 0.0)
     assert lamps.mean.mesh_error == pytest.approx(np.hypot(1.0, 1.7525), abs=1e-4)
     apart = np.array([[1.0], [-1.0], [1.0], [-1.0]])
     moved = light + apart
-    opposed = summarise(grid, np.ones(4, bool), light, light, moved, np.zeros((0, 4, 1)), 2.0, 0.0, 0.0)
+    opposed = summarise(grid, np.ones(4, bool), light, np.array([light, moved]), none, (TWICE,), 0.0, 0.0)
     assert opposed.mean.mesh_error == pytest.approx(0.0, abs=1e-4)  # what moves apart cancels
     np.testing.assert_allclose(opposed.uncertainty, 1.0, atol=1e-4)
     # The least may be any of two: 10 − 1 at the lowest. An uncertain neighbour widens it.
     assert opposed.least.uncertainty == pytest.approx(1.0, abs=1e-4)
     wide = np.array([[0.1], [2.0], [0.1], [0.1]])
-    assert summarise(grid, np.ones(4, bool), light, light, light + wide, np.zeros((0, 4, 1)), 2.0,
-                     0.0, 0.0).least.uncertainty == pytest.approx(10 - (10.1 - 2.0), abs=1e-4)
+    assert summarise(grid, np.ones(4, bool), light, np.array([light, light + wide]), none, (TWICE,), 0.0,
+                     0.0).least.uncertainty == pytest.approx(10 - (10.1 - 2.0), abs=1e-4)
 
 
 def test_points_in_objects_and_too_near_walls_are_left_out(room):

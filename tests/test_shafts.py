@@ -271,7 +271,7 @@ def test_a_mesh_is_held_against_one_of_its_own_kind(room, monkeypatch, most, acr
     # Factors seen from middles err otherwise than those of whole patches: their difference is no mesh error.
     monkeypatch.setattr(form_factors, "MOST_PATCHES", most)
     solution = renderer.solve(room(objects=[CRATE]), bands="rgb", accuracy=0.05)
-    other = solution.family[2].transport
+    other = solution.family.meshes[1].transport
     assert len(other.mesh.patches) <= 200 < len(solution.transport.mesh.patches)
     assert (solution.transport.sight is not None) is across
     assert (other.sight is not None) is across

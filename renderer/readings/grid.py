@@ -81,13 +81,12 @@ def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
     return read
 
 
-def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, fine: np.ndarray, other: np.ndarray,
-              samples: np.ndarray, ratio: float, quadrature: float, band_error: float) -> GridReading:
+def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, meshes: np.ndarray, samples: np.ndarray,
+              steps: tuple[float, ...], quadrature: float, band_error: float) -> GridReading:
     """A grid's figures from what the lamps and each surface send to each of its points [lx].
 
-    own : (k, 1 + n_surfaces) in the bands read; fine, other : the same in RGB on the mesh read and on one
-    whose patches are `ratio` times as long; samples : (s, k, 1 + n_surfaces) independent samples of fine;
-    quadrature : as in `half_widths`.
+    own : (k, 1 + n_surfaces) in the bands read; meshes : (m, k, 1 + n_surfaces) the same in RGB on the mesh
+    read and on others; samples : (s, k, 1 + n_surfaces); steps, quadrature : as in `half_widths`.
 
     The mean is linear in its points, so its error is that of one meter that reads the mean: errors that
     the points share count in full, those that differ cancel as they would. Which point is the least is
@@ -96,7 +95,7 @@ def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, fine: np.ndarray, o
     the point adds.
     """
     total = own.sum(axis=1)
-    errors = np.array([half_widths(fine[k], other[k], samples[:, k], ratio, quadrature)
+    errors = np.array([half_widths(meshes[:, k], samples[:, k], steps, quadrature)
                        for k in range(len(own))])
     bars = np.hypot(*errors.T)
 
@@ -107,12 +106,12 @@ def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, fine: np.ndarray, o
 
     least, most = int(total.argmin()), int(total.argmax())
     mean = Figure(f"{grid.name}: mean", float(total.mean()), *half_widths(
-        fine.mean(axis=0), other.mean(axis=0), samples.mean(axis=1), ratio, quadrature))
+        meshes.mean(axis=1), samples.mean(axis=1), steps, quadrature))
     lowest, highest = figure(f"{grid.name}: minimum", least, 1), figure(f"{grid.name}: maximum", most, -1)
     uniformity = error = None
     if mean.value > 0:
         uniformity = lowest.value / mean.value
-        apart = [x[..., least, :] - uniformity * x.mean(axis=-2) for x in (fine, other, samples)]
-        error = (np.hypot(*half_widths(*apart, ratio)) + lowest.uncertainty - bars[least]) / mean.value
+        apart = [x[..., least, :] - uniformity * x.mean(axis=-2) for x in (meshes, samples)]
+        error = (np.hypot(*half_widths(*apart, steps)) + lowest.uncertainty - bars[least]) / mean.value
     return GridReading(grid, read, own[:, 0], own[:, 1:].sum(axis=1), errors[:, 0], errors[:, 1], mean,
                        lowest, highest, band_error, uniformity, None if error is None else float(error))

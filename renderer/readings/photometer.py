@@ -29,9 +29,10 @@ READING_RAYS, MOST_RAYS, ENOUGH = 1 << 10, 1 << 14, 5e-4
 many, until so small a share of what comes straight from them is uncertain."""
 AT_ONCE = 1 << 14
 """Rays from the meter to elements worked on at once: what stays in the cache."""
-ELEMENT_RAYS = 4
+ELEMENT_RAYS, FEWER = 4, 4
 """Rays from the meter to each element, and shadow rays from there to each luminaire, in each independent
-part, as many times more as elements are larger: their errors average out over thousands."""
+part, as many times more as elements are larger: their errors average out over thousands. So many times fewer
+where only an error bar hangs on them."""
 
 
 @dataclass(frozen=True)
@@ -120,16 +121,23 @@ class Meter:
     sensors: tuple[Sensor, ...]
 
 
-def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> Meter:
-    """A meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError."""
+def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str,
+               own: Meter | None = None) -> Meter:
+    """A meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError.
+
+    own : the same on the mesh that is read, where this one on another mesh tells its error: light straight
+        from the luminaires is the same, and fewer rays do
+    """
     spot = place(transport, position, normal, where)
     parts = transport.parts
+    own = own if own is not None and len(own.direct) == parts else None
+    rays = _element_rays(transport) // (1 if own is None else FEWER)
     patch, corners, factor, whole = _elements(transport, spot)
     triangular = transport.mesh.triangular[patch]
     st = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
     factors = np.broadcast_to(factor, (parts, len(factor)))
     if transport.visibility is not None:
-        share, st = _seen(transport, spot, patch, corners, st)
+        share, st = _seen(transport, spot, patch, corners, st, rays)
         partly, seen = (share < 1).any(axis=0), share.any(axis=0)
         corners = np.where(partly[:, None, None], st[:, None], corners)
         patch, corners, st, whole = patch[seen], corners[seen], st[seen], (whole & ~partly)[seen]
@@ -137,11 +145,10 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     # A whole patch has its mean light; of what is seen in part, light is taken in the middle of that part.
     light = transport.direct_parts[:, patch]
     divided = np.flatnonzero(~whole)
-    light[:, divided] = direct_on(transport, patch[divided], *st[divided].T, 0, _element_rays(transport),
-                                  parts, corners[divided])
+    light[:, divided] = direct_on(transport, patch[divided], *st[divided].T, 0, rays, parts, corners[divided])
     sensors = sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *st.T, factors,
                     light, conserving=True)
-    return Meter(_direct(transport, spot), tuple(sensors))
+    return Meter(_direct(transport, spot) if own is None else own.direct, tuple(sensors))
 
 
 def _direct(transport: Transport, spot: Spot) -> np.ndarray:
@@ -157,10 +164,10 @@ def _direct(transport: Transport, spot: Spot) -> np.ndarray:
 
 
 def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray,
-          st: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+          st: np.ndarray, rays: int) -> tuple[np.ndarray, np.ndarray]:
     """Share of each element that a meter sees past what stands between (parts, k), and the middle of what it
-    sees (k, 2): its own, `st`, where it is seen whole."""
-    mesh, visibility, rays = transport.mesh, transport.visibility, _element_rays(transport)
+    sees (k, 2): its own, `st`, where it is seen whole. rays : to each in each part"""
+    mesh, visibility = transport.mesh, transport.visibility
     share, st = np.ones((transport.parts, len(patch))), st.copy()
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))

@@ -12,8 +12,10 @@ STUDENT = float(stdtrit(REPLICAS - 1, 0.975))
 ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
 
-SOLVED = 1e-5
-"""Share of a reading that the tolerance of solves for error bars may move it by, unless hardly anything
+ORDER = 1.3
+"""Of convergence, taken for all readings: 1.1 to 2.4 is observed (docs/verification.md)."""
+SOLVED = 1e-8
+"""Share of a reading that rounding, of factors in single precision, may move it by, unless hardly anything
 absorbs."""
 
 
@@ -43,26 +45,37 @@ def half_width(samples: np.ndarray) -> float:
     return STUDENT * float(samples.std(ddof=1)) / len(samples) ** 0.5
 
 
-def half_widths(fine: np.ndarray, other: np.ndarray, samples: np.ndarray,
-                ratio: float, quadrature: float = 0.0) -> tuple[float, float]:
+def half_widths(meshes: np.ndarray, samples: np.ndarray, steps: tuple[float, ...],
+                quadrature: float = 0.0) -> tuple[float, float]:
     """95 % half-widths [lx] of a reading, by mesh and by sampling, from what the lamps and each surface
     send to it [lx].
 
-    fine, other : (1 + n_surfaces,) on the mesh that is read, and on one whose patches are `ratio`
-        times as long: twice, or, where they cannot be longer, a half to an eighth
-    samples : (k, 1 + n_surfaces) independent samples of `fine`, none where nothing is sampled
+    meshes : (1 + k, 1 + n_surfaces) on the mesh that is read, and on k others
+    samples : (s, 1 + n_surfaces) independent samples of the first, none where nothing is sampled
+    steps : (k,) how many times as long patches are from each mesh to the next, as in `step_shares`
     quadrature : share of the reading that sums over measured luminaires' openings may err by, on any mesh
 
-    Mesh: how far the reading moves between the two meshes; or, if that is more, how far the parts do,
-    in quadrature, so that surfaces which cancel by accident are not taken for agreement. With patches
-    twice as long this is the whole error for an order of convergence of 1, and twice the error for
-    1.6, about what is observed (P. J. Roache, J. Fluids Eng. 116(3), 1994, doi:10.1115/1.2910291).
+    Mesh: how far the reading moves from each mesh to the next; or, if that is more, how far the parts do,
+    in quadrature, so that surfaces which cancel by accident are not taken for agreement; and of two such
+    steps the root mean square, for two meshes may agree by accident too.
     Sampling: Student's t on the spread of the samples, of which the reading is the mean.
     """
-    apart = fine - other
-    mesh = max(abs(apart.sum()), np.linalg.norm(apart)) / abs(ratio - 1)
-    sampling = 0.0
-    if len(samples) > 1:
-        sampling = half_width(samples.sum(axis=1))
-    mesh = np.hypot(mesh, quadrature * fine.sum())
-    return float(mesh + ROUNDING * fine.sum()), float(sampling)
+    apart = np.diff(meshes, axis=0)
+    moved = np.maximum(np.abs(apart.sum(axis=1)), np.linalg.norm(apart, axis=1)) * step_shares(steps)
+    reading = meshes[0].sum()
+    mesh = np.hypot(np.sqrt((moved**2).mean()), quadrature * reading)
+    sampling = half_width(samples.sum(axis=1)) if len(samples) > 1 else 0.0
+    return float(mesh + ROUNDING * reading), float(sampling)
+
+
+def step_shares(steps: tuple[float, ...]) -> np.ndarray:
+    """What of a reading's move from each mesh to the next the first mesh's error would be (k,).
+
+    steps : (k,) how many times as long patches are, or, where they cannot be longer, shorter
+
+    For errors that grow as patches' size to the ORDER (P. J. Roache, J. Fluids Eng. 116(3), 1994,
+    doi:10.1115/1.2910291).
+    """
+    grown = np.array(steps) ** ORDER
+    before = np.cumprod(grown) / grown
+    return 1 / (before * np.abs(grown - 1))

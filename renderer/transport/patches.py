@@ -73,6 +73,12 @@ class Mesh:
         return np.where(self.triangular, cross / 2, cross)
 
     @cached_property
+    def size(self) -> float:
+        """Edge of a patch [m]: the root of its area, in the mean over all places of the room: where a few
+        small patches are about lamps, the large ones count."""
+        return float(np.sqrt(self.area @ self.area / self.area.sum()))
+
+    @cached_property
     def normal(self) -> np.ndarray:
         """Unit normal of each patch (n_patches, 3)."""
         cross = np.cross(self.u, self.v)

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from renderer.pictures.camera import View
-from renderer.readings.uncertainty import ROUNDING, STUDENT
+from renderer.readings.uncertainty import ROUNDING, STUDENT, step_shares
 from renderer.solution import Solution
 from renderer.transport.direct import SHADOW_RAYS, unoccluded
 from renderer.transport.field import direct_on, seen_from
@@ -23,21 +23,23 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     rays; here of what is interpolated between vertices, the largest at a patch's corners and middle, since a
     difference may vanish by chance at one place.
     """
-    fine, samples, other = solution.family
-    mesh, luminous = solution.transport.mesh, fine.bands.luminous
-    here = fine.vertex_irradiance @ luminous
+    family, mesh = solution.family, solution.transport.mesh
+    luminous = family.meshes[0].bands.luminous
     places = np.concatenate([mesh.corners, mesh.centroid[:, None]], axis=1)
     places[:, :4] += INSET * (places[:, 4:] - places[:, :4])
-    values = np.column_stack([here[mesh.patches], _at_middle(mesh, here)])
-    there = _on(other, places, mesh.normal, other.vertex_irradiance @ luminous)
-    largest = _largest(mesh, np.abs(values - there))
-    ratio = other.plan.patch_size / fine.plan.patch_size
-    of_mesh = largest / abs(ratio - 1) + ROUNDING * _at_middle(mesh, here)
+    here, *there = (each.vertex_irradiance @ luminous for each in family.meshes)
+    values = [np.column_stack([here[mesh.patches], _at_middle(mesh, here)])]
+    values += [_on(each, places, mesh.normal, light)
+               for each, light in zip(family.meshes[1:], there, strict=True)]
+    moved = [share * _largest(mesh, np.abs(one - other)) for share, one, other in zip(
+        step_shares(family.steps), values, values[1:], strict=False)]
+    of_mesh = np.sqrt(np.mean(np.square(moved), axis=0)) + ROUNDING * _at_middle(mesh, here)
+    samples = family.samples
     if not samples:
         return of_mesh, np.zeros(len(mesh.patches))
     spread = np.array([sample.vertex_irradiance @ luminous for sample in samples]).std(axis=0, ddof=1)
     own = samples[0].transport is solution.transport  # a very fine mesh leaves the samples to the other
-    on_patches = spread[mesh.patches] if own else _on(other, places, mesh.normal, spread)
+    on_patches = spread[mesh.patches] if own else _on(family.meshes[1], places, mesh.normal, spread)
     return of_mesh, STUDENT / np.sqrt(len(samples)) * _largest(mesh, on_patches)
 
 
@@ -79,9 +81,12 @@ def shadow_bars(view: View) -> sparse.csr_array:
     patch, s, t = seen_from(transport, view.eye, view.directions(pixel))
     points, normals = transport.mesh.at(patch, s, t), transport.mesh.normal[patch]
     bare = unoccluded(points, normals, transport.luminaires)
-    dimmed = ((view.light[pixel] < (1 - 1e-9) * bare) & (view.light[pixel] > 0)).any(axis=1)
-    pixel, patch, s, t = pixel[dimmed], patch[dimmed], s[dimmed], t[dimmed]
+    dimmed = (view.light[pixel] < (1 - 1e-9) * bare) & (view.light[pixel] > 0)
+    some = dimmed.any(axis=1)
+    pixel, patch, s, t = pixel[some], patch[some], s[some], t[some]
     parts = direct_on(transport, patch, s, t, 2, PARTS_RAYS, REPLICAS)
     half = STUDENT * parts.std(axis=0, ddof=1) * np.sqrt(PARTS_RAYS / SHADOW_RAYS)
+    # Where all parts count alike, as at a penumbra's rim, the light is still known to half a ray at best.
+    half = np.hypot(half, np.where(dimmed[some], bare[some] / (2 * SHADOW_RAYS), 0.0))
     rows, columns = np.nonzero(half)
     return sparse.csr_array((half[rows, columns], (pixel[rows], columns)), shape=view.light.shape)
