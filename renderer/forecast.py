@@ -67,6 +67,7 @@ class Forecast:
     memory : at most, in bytes, likewise
     accuracy : asked of readings; promise : the smallest that can be promised here [1]
     finer : solves that will follow because bars are wider than asked
+    unsure : whether one solve more or less may follow: a bar is said within twice of what is asked
     left_out, modelled : sentences
     """
 
@@ -81,6 +82,7 @@ class Forecast:
     promise: float
     expected: float | None
     finer: list[Stage]
+    unsure: bool
     modelled: list[str]
     left_out: list[str]
 
@@ -103,13 +105,15 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
         before, each = each, finer(each, stages[-1].patches, figures, accuracy)
         size = size.finer(before.patch_size / each.patch_size) if each else size
     modelled, left_out = _sentences(scene, plan, len(band_set.xyz), len(first))
+    unsure = not scene.solver.patch_size and any(
+        stage.expected is not None and accuracy / 2 < stage.expected < 2 * accuracy for stage in stages)
     start, kept, memory = stages[0], 0.0, 0.0
     for stage in stages:
         memory, kept = max(memory, kept + stage.memory), min(kept + stage.memory, OF_KEPT * KEPT)
     return Forecast(start.patches, start.other_patches, len(band_set.xyz), len(first), start.rays,
                     START + sum(stage.seconds for stage in stages),
                     PROGRAM + memory, accuracy, plan.promise, start.expected,
-                    stages[1:], modelled, left_out)
+                    stages[1:], unsure, modelled, left_out)
 
 
 def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: tuple[float, float]) -> Stage:

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 from renderer import plan
@@ -84,6 +85,17 @@ def test_no_finer_solve_follows_where_none_is_needed_or_the_patch_size_is_given(
     fixed = forecast(room(0.9, photometers=[CORNER], solver={"patch_size": 0.5}), "rgb", 0.003)
     assert fixed.expected > 0.003
     assert fixed.finer == []
+    assert not fixed.unsure
+
+
+def test_a_plan_says_when_it_is_not_sure_of_a_finer_solve(room):
+    scene, told = room(0.9, photometers=[CORNER]), set()
+    for asked in (0.5, 0.05, 0.02, 0.01, 0.005):
+        said = forecast(scene, "rgb", asked)
+        bars = np.array([said.expected, *(stage.expected for stage in said.finer)])
+        assert said.unsure is bool((np.abs(np.log2(bars / asked)) < 1).any())
+        told.add(said.unsure)
+    assert told == {True, False}
 
 
 def test_the_next_plan_is_for_the_figure_known_least_well():

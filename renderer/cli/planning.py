@@ -35,7 +35,7 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
         return
     rays = f"{said.rays / 1e6:.2g} million" if said.rays else "none"
     all_of = "finer solves included, " if said.finer else ""
-    rows = [["patches", f"{said.patches}", f"and {said.other_patches} on a second mesh, to tell the error"],
+    rows = [["patches", f"{said.patches}", f"{said.other_patches} and fewer on others tell the error"],
             ["rays", rays, "of patches, lamps and meters"],
             ["bands solved", f"{said.bands_solved} of {said.bands}", "with one operator"],
             ["time", f"{said.seconds:.2g} s", f"{all_of}on this machine, as busy as it is now; less if kept"],
@@ -48,6 +48,9 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
         rows.append(["then finer", f"{stage.patches} patches", f"a finer solve will follow, "
                      f"{stage.rays / 1e6:.2g} million rays; error bar then {stage.expected:.2%}, about"])
     show(f"{loaded.title}: the plan", ["", "estimate", ""], rows)
+    if said.unsure:
+        print("Not sure: bars are said within a factor of two, and one comes so near what is asked: one "
+              "finer solve more or less may follow.")
     for title, sentences in (("Modelled", said.modelled), ("Left out", said.left_out)):
         for sentence in sentences:
             print(f"{title}: {sentence}.")
