@@ -8,6 +8,7 @@ last. Lines of a `sh` block that begin with `renderer` are run in a folder with 
 follows <!-- not run: WHY --> is only shown. tests/test_docs.py does the same.
 """
 
+import os
 import re
 import shlex
 import subprocess
@@ -76,7 +77,7 @@ def refresh(page: Path) -> None:
                 ["-m", "renderer", *command, "--quiet"] for command in block.commands]
             for call in calls:
                 done = subprocess.run([sys.executable, *call], cwd=folder, capture_output=True, text=True,
-                                      check=False)
+                                      check=False, env={**os.environ, "XDG_CACHE_HOME": folder})
             if block not in outputs:
                 continue
             printed = [line.rstrip() for line in (done.stdout + done.stderr).splitlines() if line.strip()]
