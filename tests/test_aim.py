@@ -33,7 +33,7 @@ def test_points_stand_for_areas_that_add_up_to_the_faces_light(room, lamp, below
         return np.abs(brought.mean(axis=1) / np.pi / truth - 1)
 
     # Nets err by less than independent points, by the spread of what these bring over √n; what they bring is
-    # at most some four times its mean. (The square around a disc has a fifth outside of it.)
+    # at most some four times its mean.
     aside = error(*aimed(luminaire, places[:, None], square))
     assert aside.max() < 4 / np.sqrt(RAYS)
     assert np.sqrt((aside**2).mean()) < 1 / np.sqrt(RAYS)

@@ -29,7 +29,7 @@ def aimed(luminaire: Luminaire, places: np.ndarray, square: np.ndarray) -> tuple
 
     Along each side alike in the angle from the point below, so that from h above the face densities are as
     h²/((h² + x²)(h² + y²)): near a large face what a point brings, over that, varies little, where it varies
-    by orders of magnitude over points that are spread evenly. A disc is asked as the square around it.
+    by orders of magnitude over points that are spread evenly. On a disc the second side is the chord.
     """
     if luminaire.rectangle is not None:
         corner, sides = luminaire.rectangle.corner, (luminaire.rectangle.u, luminaire.rectangle.v)
@@ -40,15 +40,16 @@ def aimed(luminaire: Luminaire, places: np.ndarray, square: np.ndarray) -> tuple
     offset = places - corner
     lengths = [np.linalg.norm(side) for side in sides]
     height = np.maximum(np.abs(offset @ luminaire.normal), TOUCHING * max(lengths))
-    stands, shares = 1.0, []
+    stands, shares, start, stop = 1.0, [], 0.0, 1.0
     for k, (side, length) in enumerate(zip(sides, lengths, strict=True)):
         below = offset @ side / length
-        first, last = np.arctan2(-below, height), np.arctan2(length - below, height)
+        first, last = (np.arctan2(end * length - below, height) for end in (start, stop))
         aside = height * np.tan(first + square[..., k] * (last - first))
         stands = stands * ((height * height + aside * aside) * ((last - first) / height))
-        shares.append(((below + aside) / length).clip(0, 1))
-    if luminaire.rectangle is None:
-        stands = stands * (np.hypot(shares[0] - 0.5, shares[1] - 0.5) <= 0.5)
+        shares.append(((below + aside) / length).clip(start, stop))
+        if luminaire.rectangle is None:
+            half = np.sqrt(np.maximum(shares[0] * (1 - shares[0]), 0.0))
+            start, stop = 0.5 - half, 0.5 + half
     targets = np.stack([c + shares[0] * u + shares[1] * v for c, u, v in zip(corner, *sides, strict=True)],
                        axis=-1)
     return targets, stands
