@@ -60,6 +60,7 @@ def surface_luminances(solution: Solution) -> list[Figure]:
     family, own = solution.family, _mean_luminances(solution)
     meshes, parts = (np.array([_mean_luminances(each) for each in some]).reshape(-1, len(own))
                      for some in (family.meshes, family.samples))
+    meshes = np.nan_to_num(meshes)  # what a coarser mesh has covered up is not known at all
     names = solution.scene.surfaces[:len(solution.scene.materials)]
     found = []
     for k, name in enumerate(names):

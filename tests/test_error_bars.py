@@ -13,6 +13,7 @@ from renderer.accuracy import solve_and_read
 from renderer.plan import MAX_PATCHES_DENSE, MAX_RAYS, Plan, make_plan
 from renderer.readings.uncertainty import ORDER, half_widths
 from renderer.solution import COARSER, Rooms
+from renderer.survey import surface_luminances
 
 UP = [0, 0, 1]
 TWICE = 2 ** (1 / ORDER)
@@ -158,3 +159,14 @@ def test_the_error_of_three_bands_is_named_and_a_grey_room_has_none(room):
     assert by_31.band_error < 0.01 * by_rgb.band_error
     grey = renderer.solve(room(0.5), "rgb", 0.05).photometer([2, 2, 0], UP)
     assert grey.band_error == 0
+
+
+def test_a_surface_that_a_coarser_mesh_has_not_is_known_to_all_of_itself_at_best(room):
+    crate = {"shape": "box", "name": "crate", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
+    solution = renderer.solve(room(0.5, objects=[crate]), "rgb", 0.05)
+    other = solution.family.meshes[1].transport
+    other.exchange.areas[other.mesh.surface == solution.scene.surfaces.index("crate")] = 0.0
+    found = {figure.name: figure for figure in surface_luminances(solution)}
+    assert np.isfinite([figure.uncertainty for figure in found.values()]).all()
+    assert found["crate"].uncertainty > 0.5 * found["crate"].value
+    assert found["floor"].uncertainty < 0.1 * found["floor"].value
