@@ -21,7 +21,7 @@ from renderer.scene.reading import Scene
 from renderer.transport.hemisphere import Rows
 from renderer.transport.solve import ENOUGH, FOR_BARS, TOLERANCE, radiosity
 from renderer.transport.threads import in_threads
-from renderer.transport.transport import Transport, compute, compute_transport
+from renderer.transport.transport import Transport, compute, compute_transport, refuse_hidden
 
 Progress = Callable[[str], None]
 
@@ -347,7 +347,7 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
 
     bands : one of BAND_SETS; accuracy : of readings [1], what mesh and rays are chosen for;
     rooms : transports to share with other scenes of the same geometry; progress : told each step.
-    Raises InputError (the scene is too large) or SolveError (it has no steady state).
+    Raises InputError (too large, or a lamp shines into a solid) or SolveError (it has no steady state).
     """
     settings = scene.solver
     accuracy = accuracy or settings.accuracy
@@ -355,6 +355,7 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
     rooms = rooms or Rooms()
     plan = plan or make_plan(scene, accuracy, settings.patch_size)
     transport = rooms.transport(scene, plan, seed, progress)
+    refuse_hidden(scene, transport)  # not on the meshes that tell its error, the coarsest of which lose more
     progress(f"{scene.title}: interreflections, {bands or settings.bands} bands")
     return solve_on(scene, scene.band_set(bands or settings.bands), plan, rooms, transport)
 

@@ -12,7 +12,7 @@ from renderer.plan import Plan, make_plan
 from renderer.readings.photometer import make_meter
 from renderer.scene.reading import Scene
 from renderer.solution import Progress, Rooms, solve_on
-from renderer.transport.transport import Transport, compute_transport
+from renderer.transport.transport import Transport, compute_transport, refuse_hidden
 
 LONGER = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0)
 """Patches of exact factors, over those that the plan takes for 1 %."""
@@ -128,6 +128,7 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     progress(f"{scene.title}: the reference, patches of {finest.patch_size:.3g} m")
     rooms = Rooms()
     transport = rooms.transport(scene, finest, seed + 1)
+    refuse_hidden(scene, transport)
     reference = solve_on(scene, narrow_bands(), finest, rooms, transport)
     readings = reference.photometers()
     if not any(r.total_lx > 0 for r in readings):

@@ -242,26 +242,26 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
     """Divide the room into patches and find out who exchanges light with whom.
 
     patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches;
-    remember, elsewhere, across : as in `Transport`.
+    remember, elsewhere, across : as in `Transport`. Raises InputError where objects fill the room.
     """
     started = time.perf_counter()
     luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     mesh = build_mesh(scene, luminaires, patch_size)
     transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed,
                           Visibility(mesh) if rays else None, remember, elsewhere, across)
-    _refuse_hidden(scene, transport)
+    if not transport.exchange.areas.any():
+        names = ", ".join(repr(solid.name) for solid in scene.solids)
+        raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "
+                         "Make them smaller.")
+    _ = transport.lost  # direct light, whose time is counted here
     if transport.parts == 1:
         transport.__dict__.pop("hits", None)  # counted, and as large as the rest
     transport.seconds = time.perf_counter() - started
     return transport
 
 
-def _refuse_hidden(scene: Scene, transport: Transport) -> None:
-    """Raise InputError where objects fill the room, or a luminaire's light does not get into it."""
-    if not transport.exchange.areas.any():
-        names = ", ".join(repr(solid.name) for solid in scene.solids)
-        raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "
-                         "Make them smaller.")
+def refuse_hidden(scene: Scene, transport: Transport) -> None:
+    """Raise InputError where a luminaire's light does not get into the room."""
     for index in np.flatnonzero(np.abs(transport.lost) > HIDDEN):
         raise InputError(f"{scene.path}: luminaires[{index}] {transport.luminaires[index].name!r} sends "
                          f"{transport.lost[index]:.0%} of its light into a surface that it touches or an "
