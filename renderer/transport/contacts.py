@@ -10,6 +10,8 @@ Face = Rectangle | Polygon
 
 OPPOSITE = 1e-9
 """How far from −1 the cosine between the normals of two faces in contact may be."""
+FACING = -0.5
+"""Cosine between the normals of two faces that face each other over a gap, at the most."""
 AT_CONTACT = 0.5
 """Cells across the line of a contact are at most so many patch sizes long."""
 THIN = 0.25
@@ -30,6 +32,10 @@ class Faces:
         self.surface = np.array([index for index, _ in flat], dtype=int)
         self.normals = np.array([face.normal for face in self.faces]).reshape(-1, 3)
         self.corners = np.array([_corner(face) for face in self.faces]).reshape(-1, 3)
+        boxes = np.array([[ring.min(axis=0), ring.max(axis=0)] for ring in map(_outline, self.faces)])
+        boxes = boxes.reshape(-1, 2, 3)
+        self.middles = boxes.mean(axis=1)
+        self.radii = np.linalg.norm(np.diff(boxes, axis=1)[:, 0], axis=1) / 2
 
     def against(self, index: int, face: Face, touch: float) -> list[list[np.ndarray]]:
         """The rings (k, 3) [m] of each face of another surface that stands face to face in a face's plane,
@@ -39,9 +45,28 @@ class Faces:
         found = np.flatnonzero(facing & level & (self.surface != index))
         return [_rings(self.faces[k]) for k in found]
 
+    def across(self, face: Face, touch: float, gap: float, first: int) -> list[np.ndarray]:
+        """The outlines (k, 3) [m] of faces that a face sees over less than a gap [m], about; only of surfaces
+        from the `first` on."""
+        own = _outline(face)
+        middle = (own.min(axis=0) + own.max(axis=0)) / 2
+        radius = np.linalg.norm(np.ptp(own, axis=0)) / 2
+        aside = self.middles - middle
+        before = aside @ face.normal
+        near = (np.linalg.norm(aside, axis=1) < self.radii + radius + gap) & (before - self.radii < gap)
+        facing = (self.normals @ face.normal < FACING) & (before > touch) & (self.surface >= first)
+        outlines = [_outline(self.faces[k]) for k in np.flatnonzero(near & facing)]
+        heights = [(outline - _corner(face)) @ face.normal for outline in outlines]
+        return [outline for outline, height in zip(outlines, heights, strict=True)
+                if touch < height.min() < gap]
+
 
 def _corner(face: Face) -> np.ndarray:
     return face.corner if isinstance(face, Rectangle) else face.origin
+
+
+def _outline(face: Face) -> np.ndarray:
+    return _rings(face)[0]
 
 
 def _rings(face: Face) -> list[np.ndarray]:
@@ -112,6 +137,24 @@ def _boxes(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:
 
     s, t = cells[:, :2] * sides[0], cells[:, 2:] * sides[1]
     return shapely.box(s[:, 0], t[:, 0], s[:, 1], t[:, 1])
+
+
+def graded(cells: np.ndarray, sides: tuple[float, float], low: np.ndarray, high: np.ndarray, close: float,
+           smallest: float) -> np.ndarray:
+    """Cells (m, 4) of a rectangle of those sides [m], s and t from and to, quartered until each is at most
+    `close` times as long as a box is away, or as short as the smallest [m].
+
+    low, high : the box's corners (3,) [m] along the rectangle's edges and its normal
+    """
+    level = max(low[2], -high[2], 0.0)
+    while True:
+        starts, ends = cells[:, ::2] * sides, cells[:, 1::2] * sides
+        beside = np.maximum(np.maximum(starts - high[:2], low[:2] - ends), 0.0)
+        away = np.hypot(np.linalg.norm(beside, axis=1), level)
+        long = (ends - starts).max(axis=1) > 1.01 * np.maximum(close * away, smallest)
+        if not long.any():
+            return cells
+        cells = np.vstack([cells[~long], quartered(cells[long])])
 
 
 def quartered(cells: np.ndarray) -> np.ndarray:

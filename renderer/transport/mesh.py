@@ -10,7 +10,7 @@ from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
-from renderer.transport.contacts import Faces, covered_by_contact, cut, quartered, standing
+from renderer.transport.contacts import Faces, covered_by_contact, cut, graded, standing
 from renderer.transport.mounting import COPLANAR, Mounting, mounting
 from renderer.transport.patches import Mesh
 from renderer.transport.polygons import triangulated, without
@@ -26,6 +26,9 @@ WHOLE_EDGE, SLENDER = 2.0, 0.2
 patches of 1 %, more where more is asked; but not those shorter than that share of a patch."""
 NEAREST_LAMP = 64
 """Near a lamp, patches are this much smaller than elsewhere, at the most."""
+IN_GAP, NARROWEST = 25.0, 2.0
+"""Where a solid faces something over a gap, the same two limits: under a low table, in a shelf, between
+louvres. So gaps wider than √(room area) over the first are as nothing."""
 CROWDED = 16
 """Times as many cells as it would have alone that a rectangle may be divided into along what stands on it."""
 FEW = 4
@@ -89,7 +92,7 @@ class _Builder:
         self.touch = touch
         self.n_walls = n_walls
         self.luminaires = luminaires
-        self.close = close
+        self.close, self.in_gap = close, close * IN_GAP / CLOSE_TO_LAMP
         self.vertices, self.patches, self.surface = [], [], []
         self.vertex_surface, self.twin = [], []
         self.n_vertices = self.n_patches = 0
@@ -116,7 +119,7 @@ class _Builder:
         covers = self.on(index, rectangle.corner, rectangle.normal, mountings)
         feet = standing(rectangle, faces.against(index, rectangle, self.touch), crowded,
                         [m.outline for m in covers if m.cut_out], self.patch_size, self.touch)
-        vertices, patches = self.divided(rectangle, us, vs, feet)
+        vertices, patches = self.divided(rectangle, us, vs, feet, self.over_gaps(index, rectangle, faces))
         surface = np.full(len(patches), index)
         middles = vertices[patches].mean(axis=1)
         for cover in covers:
@@ -134,22 +137,30 @@ class _Builder:
     def add_polygon(self, index: int, polygon: Polygon, faces: Faces, mountings: list[Mounting]) -> None:
         feet = [[m.outline] for m in self.on(index, polygon.origin, polygon.normal, mountings)]
         feet += faces.against(index, polygon, self.touch)
-        small = np.ptp(polygon.frame, axis=0).max() < self.patch_size
+        gaps = [((corners - polygon.origin) @ polygon.normal).min()
+                for corners in self.over_gaps(index, polygon, faces)]
+        long = np.clip(min(gaps, default=np.inf) * self.in_gap, self.patch_size / NARROWEST, self.patch_size)
+        small = np.ptp(polygon.frame, axis=0).max() < long
         if small and not feet and len(polygon.triangles) <= FEW:
             self.add_triangles(index, polygon.triangles)
             return
         for part in without(polygon, feet, self.touch):
-            points, triangles = triangulated(part, self.patch_size)
+            points, triangles = triangulated(part, float(long))
             self.add(polygon.solid(points), np.column_stack([triangles, triangles[:, 2]]),
                      np.full(len(triangles), index), index)
 
-    def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray,
-                feet) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs`, finer near lamps, and
-        without what stands on it aslant (shapely's, or None)."""
+    def over_gaps(self, index: int, face: Rectangle | Polygon, faces: Faces) -> list[np.ndarray]:
+        """Corners (k, 3) [m] of what faces a flat part over a narrow gap, a solid on either side."""
+        return faces.across(face, self.touch, self.patch_size / self.in_gap,
+                            self.n_walls if index < self.n_walls else 0)
+
+    def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray, feet,
+                facing: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs`, finer near lamps and what
+        faces it, and without what stands on it aslant (shapely's, or None)."""
         s, t = (np.column_stack([x[:-1], x[1:]]) for x in (us, vs))
         cells = np.concatenate([np.repeat(s, len(t), axis=0), np.tile(t, (len(s), 1))], axis=1)
-        finer = self.toward_lamps(rectangle, cells)
+        finer = self.toward(rectangle, cells, facing)
         if len(finer) == len(cells) and feet is None:
             return grid(rectangle, us, vs)
         triangles = np.zeros((0, 3, 2))
@@ -193,12 +204,11 @@ class _Builder:
             pieces.append(start + (end - start) * graded)
         return np.concatenate(pieces) / length
 
-    def toward_lamps(self, rectangle: Rectangle, cells: np.ndarray) -> np.ndarray:
-        """Cells (m, 4) of a rectangle, s and t from and to, quartered until each is short for its
-        distance from any lamp that lights the rectangle: near a lamp, light varies over that distance."""
+    def toward(self, rectangle: Rectangle, cells: np.ndarray, facing: list[np.ndarray]) -> np.ndarray:
+        """Cells (m, 4) of a rectangle, s and t from and to, quartered until each is short for its distance
+        from lamps that light the rectangle and from what faces it: light varies over those distances."""
         sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
         axes = np.stack([rectangle.u / sides[0], rectangle.v / sides[1], rectangle.normal])
-        smallest = self.patch_size / NEAREST_LAMP
         for lum in self.luminaires:
             points = lum.center[None] if lum.outline is None else np.vstack([lum.center, lum.outline])
             points = (points - rectangle.corner) @ axes.T
@@ -206,16 +216,11 @@ class _Builder:
             if points[:, 2].max() <= self.touch or (lum.forward_only and not lit):
                 continue
             for point in points:
-                while True:
-                    beside = [np.maximum(np.maximum(cells[:, i] * side - x, x - cells[:, i + 1] * side), 0.0)
-                              for i, side, x in zip((0, 2), sides, point[:2], strict=True)]
-                    away = np.sqrt(beside[0] ** 2 + beside[1] ** 2 + point[2] ** 2)
-                    length = np.maximum((cells[:, 1] - cells[:, 0]) * sides[0],
-                                        (cells[:, 3] - cells[:, 2]) * sides[1])
-                    long = length > 1.01 * np.maximum(self.close * away, smallest)
-                    if not long.any():
-                        break
-                    cells = np.vstack([cells[~long], quartered(cells[long])])
+                cells = graded(cells, sides, point, point, self.close, self.patch_size / NEAREST_LAMP)
+        for corners in facing:
+            local = (corners - rectangle.corner) @ axes.T
+            cells = graded(cells, sides, local.min(axis=0), local.max(axis=0), self.in_gap,
+                           self.patch_size / NARROWEST)
         return cells
 
     def add_triangles(self, index: int, triangles: np.ndarray) -> None:
