@@ -18,8 +18,9 @@ MAX_PATCHES = 1_200_000
 above the second, the sparse one outgrows 8 GB."""
 FINEST = 150_000
 """Patches that a mesh is refined to, unasked."""
-RAYS_AT_1_PERCENT = 1024
-"""Rays a patch, with that many patches; of a finer mesh fewer do, since its readings add up more."""
+RAYS_AT_1_PERCENT, RAYS_GROW = 400, 0.7
+"""Rays a patch, with that many patches; of a finer mesh fewer do, since its readings add up more. And the
+power of one over the accuracy that they grow as: bars by sampling then fall with it (docs/decisions.md)."""
 FEWEST_RAYS, MOST_RAYS = 256, 8192
 PROMISE, PROMISE_WITH_RAYS = 0.001, 0.002
 """What memory allows at a point 1 cm from a corner at ρ = 0.9, and under a table: the hardest places
@@ -114,7 +115,7 @@ def _rays(patches: float, accuracy: float) -> int:
     """Rays a patch, a power of 2."""
     fewest = 2 ** np.floor(np.log2(np.clip(RAYS_OF_LARGE / patches, FEWEST_RAYS / 8, FEWEST_RAYS)))
     loose = 0.01 / accuracy
-    wanted = RAYS_AT_1_PERCENT * loose * min(1.0, PATCHES_AT_1_PERCENT * loose / patches)
+    wanted = RAYS_AT_1_PERCENT * loose**RAYS_GROW * min(1.0, PATCHES_AT_1_PERCENT * loose / patches)
     rays = 2 ** np.ceil(np.log2(np.clip(wanted, fewest, MOST_RAYS)) - 0.1)
     return int(min(rays, 2 ** np.floor(np.log2(MAX_RAYS / patches))))
 
