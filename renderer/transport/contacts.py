@@ -90,6 +90,8 @@ def standing(rectangle: Rectangle, feet: list[list[np.ndarray]], every: bool, la
         steps = np.abs(np.roll(flat[0], -1, axis=0) - flat[0])
         if (every or (steps.min(axis=1) > touch).any()) and np.ptp(flat[0], axis=0).max() > THIN * patch_size:
             shapes.append(shapely.Polygon(flat[0], flat[1:]))
+    if not shapes and not always:
+        return None
     whole = shapely.box(0, 0, *_sides(rectangle)).buffer(-touch)
     shapes = sorted((s for s in shapes if s.intersects(whole)), key=lambda s: -s.area)
     counts = np.cumsum([len(shapely.get_coordinates(s)) for s in shapes])
