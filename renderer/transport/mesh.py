@@ -200,8 +200,8 @@ class _Builder:
             if len(stops) == 2 and end - start > SLENDER * self.patch_size:
                 n = max(n, round(WHOLE_EDGE / self.close))
             even = np.linspace(0, 1, n + 1)[1:]
-            graded = (1 - GRADING) * even + GRADING * (1 - np.cos(np.pi * even)) / 2
-            pieces.append(start + (end - start) * graded)
+            eased = (1 - GRADING) * even + GRADING * (1 - np.cos(np.pi * even)) / 2
+            pieces.append(start + (end - start) * eased)
         return np.concatenate(pieces) / length
 
     def toward(self, rectangle: Rectangle, cells: np.ndarray, facing: list[np.ndarray]) -> np.ndarray:
