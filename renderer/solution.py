@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from renderer.cache import Cache
 from renderer.colour.bands import BandSet, band_set, narrow_bands
 from renderer.colour.lamps import spectral_flux
+from renderer.lazy import cached_property
 from renderer.plan import Plan, make_plan
 from renderer.readings.luminance import luminance_meter
 from renderer.readings.photometer import Meter, make_meter
@@ -20,7 +20,7 @@ from renderer.readings.uncertainty import band_error, half_widths
 from renderer.scene.reading import Scene
 from renderer.transport.hemisphere import Rows
 from renderer.transport.solve import ENOUGH, FOR_BARS, TOLERANCE, radiosity
-from renderer.transport.threads import in_threads
+from renderer.transport.threads import in_threads, together
 from renderer.transport.transport import Transport, compute, compute_transport, refuse_hidden
 
 Progress = Callable[[str], None]
@@ -263,34 +263,38 @@ class Solution:
 
     @cached_property
     def family(self) -> "Family":
-        """This scene in RGB, solved as error bars need it."""
+        """This scene in RGB, solved as error bars need it: on this mesh and on two, each coarser than the one
+        before, or as many as can be; on a finer one where none can."""
         rgb = band_set("rgb")
-        fine = replace(self) if self.bands.name == rgb.name else solve_on(  # a copy, lest it hold itself
-            self.scene, rgb, self.plan, self.rooms, self.transport, FOR_BARS)
-        others = [solve_on(self.scene, rgb, plan, self.rooms, transport, FOR_BARS)
-                  for plan, transport in self._other_meshes()]
-        sampled = fine if self.transport.parts > 1 else others[0]
-        return Family((fine, *others), sampled.by_parts())
 
-    def _other_meshes(self) -> list[tuple[Plan, Transport]]:
-        """Two meshes, each coarser than the one before, or as many as can be; a finer one where none can."""
+        def on_this() -> tuple[Solution, list[Solution]]:
+            fine = replace(self) if self.bands.name == rgb.name else solve_on(  # a copy, lest it hold itself
+                self.scene, rgb, self.plan, self.rooms, self.transport, FOR_BARS)
+            return fine, fine.by_parts() if self.transport.parts > 1 else []
+
+        def on_coarser(plan: Plan) -> Callable[[], Solution]:
+            return lambda: self._on_another(plan)
+
         # Like with like: factors of middles and of whole patches err apart, and might err together by chance.
         like = replace(self.plan, across=self.transport.sight is not None or not self.plan.rays)
-        patches, found = len(self.transport.mesh.patches), []
-
-        def on(plan: Plan) -> tuple[Plan, Transport]:
-            return plan, self.rooms.transport(self.scene, plan, self.transport.seed + 1)
-
-        for times in (max(2.0, float(np.sqrt(patches / MANY))), 2.0):
-            before, finer_mesh = found[-1] if found else (like, self.transport)
-            plan, coarser = on(before.times(times))
-            if coarser.mesh.size < COARSER * finer_mesh.mesh.size:
+        patches = len(self.transport.mesh.patches)
+        times = max(2.0, float(np.sqrt(patches / MANY)))
+        (fine, samples), *others = together(on_this, *(on_coarser(like.times(k * times)) for k in (1, 2)))
+        meshes = [fine]
+        for each in others:
+            if each.transport.mesh.size < COARSER * meshes[-1].transport.mesh.size:
                 break  # what has one patch a wall, or is made of facets, cannot be coarser
-            found.append((plan, coarser))
-        if not found:  # only finer: as far as that is cheap
+            meshes.append(each)
+        if len(meshes) == 1:  # only finer: as far as that is cheap
             shorter = next((k for k in (8, 4) if patches * k * k < CHEAP), 2)
-            found.append(on(like.times(self.transport.mesh.size / self.plan.patch_size / shorter)))
-        return found
+            finer = like.times(self.transport.mesh.size / self.plan.patch_size / shorter)
+            meshes.append(self._on_another(finer))
+        return Family(tuple(meshes), samples if self.transport.parts > 1 else meshes[1].by_parts())
+
+    def _on_another(self, plan: Plan) -> "Solution":
+        """This scene in RGB on another mesh, for error bars alone."""
+        transport = self.rooms.transport(self.scene, plan, self.transport.seed + 1)
+        return solve_on(self.scene, band_set("rgb"), plan, self.rooms, transport, FOR_BARS)
 
     def by_parts(self) -> list["Solution"]:
         """The same by each independent part of the rays, to first order; none where no ray is cast."""

@@ -144,7 +144,7 @@ def test_whole_faces_exchange_what_the_closed_form_says(room):
 @pytest.mark.parametrize("move", [[0, 0, 0], [100, -50, 30], [1e6, 1e6, -1e6]])
 def test_no_pair_is_hidden_in_an_empty_box_wherever_it_stands(box, move):
     moved = Mesh(box.vertices + move, box.patches, box.surface, box.vertex_surface, box.twin,
-                 box.covered, box.obstacles, box.shell + move)
+                 box.covered, box.obstacles, box.shell + move, box.shell + move)
     visibility = Visibility(moved)
     i, j = np.triu_indices(len(moved.patches), 1)
     apart = np.abs(((moved.centroid[j] - moved.centroid[i]) * moved.normal[i]).sum(axis=1)) > 1e-6

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parent.parent / "renderer"
-ORDER = ["errors", "files", "cache", "colour", "scene", "transport", "plan", "readings",
+ORDER = ["errors", "lazy", "files", "cache", "colour", "scene", "transport", "plan", "readings",
          "solution", "dataset", "survey", "accuracy", "pilot", "forecast", "report", "pictures", "studies",
          "cli.terminal", "cli.options", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))

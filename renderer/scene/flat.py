@@ -5,13 +5,13 @@ slivers and all, and are divided anew.
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 import trimesh
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from renderer.lazy import cached_property
 from renderer.scene.geometry import Rectangle
 
 FLAT = 1e-6
@@ -236,6 +236,15 @@ def _blocks(filled: np.ndarray) -> list[tuple[int, int, int, int]]:
 
 def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> Rectangle | None:
     """The rectangle whose corners the outermost of the coplanar points (k, 3) are, or None."""
+    points = np.asarray(points)
+    if len(points) == 4:  # most are no more, and need no fitting
+        away = points - points[0]
+        far = np.einsum("ki,ki->k", away, away).argmax()
+        u, v = (away[k] for k in range(1, 4) if k != far)
+        length2 = max(u @ u, v @ v)
+        if (abs(u @ v) <= 1e-6 * np.sqrt((u @ u) * (v @ v))
+                and np.abs(u + v - away[far]).max() <= 1e-6 * np.sqrt(length2)):
+            return Rectangle(points[0], *((u, v) if np.cross(u, v) @ normal > 0 else (v, u)))
     to_plane = trimesh.geometry.plane_transform(points[0], normal)
     flat = trimesh.transform_points(points, to_plane)
     scale = np.ptp(flat, axis=0).max()
@@ -250,7 +259,7 @@ def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> 
     ideal = trimesh.transform_points(box, np.linalg.inv(to_box))
     # The vertices themselves, not the fitted corners, so that neighbours meet exactly.
     near = [np.linalg.norm(flat[:, :2] - corner, axis=1).argmin() for corner in ideal]
-    corners = np.asarray(points)[near]
+    corners = points[near]
     u, v = corners[1] - corners[0], corners[3] - corners[0]
     if np.cross(u, v) @ normal < 0:
         u, v = v, u

@@ -1,12 +1,12 @@
 """Flat rectangles, and objects as trimesh meshes."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import trimesh
 
+from renderer.lazy import cached_property
 from renderer.scene.meshes import load_solid
 
 CYLINDER_SECTIONS = 48

@@ -1,10 +1,10 @@
 """Luminaires: where light starts, how much, and in which directions."""
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
+from renderer.lazy import cached_property
 from renderer.scene.geometry import Rectangle
 from renderer.scene.photometric.distribution import Distribution
 from renderer.scene.photometric.record import Photometry, Shape

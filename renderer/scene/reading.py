@@ -4,7 +4,6 @@ import difflib
 import hashlib
 import tomllib
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from renderer.colour.munsell import munsell_chip
 from renderer.colour.nodes import luminous_at_1_nm, placed
 from renderer.colour.spectrum import Spectrum, read_reflectance
 from renderer.errors import InputError
+from renderer.lazy import cached_property
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.geometry import object_mesh
 from renderer.scene.grids import Grid, make_grids
@@ -347,6 +347,8 @@ def _listed(names: list[str]) -> str:
 def _apart(solid: trimesh.Trimesh, room: Room) -> bool:
     """Whether no place on a solid is in a room; a convex room has been asked by its bounds."""
     vertices, faces = solid.vertices, solid.faces
+    if (winding(vertices[:1], room.shell) >= 0.5).any():
+        return False
     while len(faces) < 200:
         vertices, faces = trimesh.remesh.subdivide(vertices, faces)
     points = np.concatenate([vertices, vertices[faces].mean(axis=1)])

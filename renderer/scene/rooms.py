@@ -1,12 +1,12 @@
 """Rooms: a box, an outline drawn up to a height, or a mesh from a file."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 import trimesh
 
 from renderer.errors import InputError
+from renderer.lazy import cached_property
 from renderer.scene.flat import Parts, polygon, rectilinear
 from renderer.scene.geometry import Rectangle
 

@@ -16,6 +16,8 @@ AT_CONTACT = 0.5
 """Cells across the line of a contact are at most so many patch sizes long."""
 THIN = 0.25
 """A foot shorter than this many patch sizes is left to the rays: a chair's leg hides little light."""
+BOXES = 16
+"""Boxes that all cells are held against at once."""
 FEET_CORNERS = 2000
 """Corners of all the feet that one rectangle is cut along, the largest feet first; the rest is left to the
 rays."""
@@ -36,14 +38,18 @@ class Faces:
         boxes = boxes.reshape(-1, 2, 3)
         self.middles = boxes.mean(axis=1)
         self.radii = np.linalg.norm(np.diff(boxes, axis=1)[:, 0], axis=1) / 2
+        # By coordinate, and from one of them, lest digits be scarce.
+        self.origin = self.corners[:1].sum(axis=0)
+        self.facing, self.at, self.about = (np.ascontiguousarray(each.T) for each in (
+            self.normals, self.corners - self.origin, self.middles - self.origin))
 
     def against(self, index: int, face: Face, touch: float) -> list[list[np.ndarray]]:
         """The rings (k, 3) [m] of each face of another surface that stands face to face in a face's plane,
         the outer ring first."""
-        facing = self.normals @ face.normal < -1 + OPPOSITE
-        level = np.abs((self.corners - _corner(face)) @ face.normal) < touch
-        found = np.flatnonzero(facing & level & (self.surface != index))
-        return [_rings(self.faces[k]) for k in found]
+        height = (_corner(face) - self.origin) @ face.normal
+        level = np.flatnonzero(np.abs(face.normal @ self.at - height) < touch)
+        facing = self.normals[level] @ face.normal < -1 + OPPOSITE
+        return [_rings(self.faces[k]) for k in level[facing & (self.surface[level] != index)]]
 
     def across(self, face: Face, touch: float, gap: float, first: int) -> list[np.ndarray]:
         """The outlines (k, 3) [m] of faces that a face sees over less than a gap [m], about; only of surfaces
@@ -51,14 +57,38 @@ class Faces:
         own = _outline(face)
         middle = (own.min(axis=0) + own.max(axis=0)) / 2
         radius = np.linalg.norm(np.ptp(own, axis=0)) / 2
-        aside = self.middles - middle
-        before = aside @ face.normal
-        near = (np.linalg.norm(aside, axis=1) < self.radii + radius + gap) & (before - self.radii < gap)
-        facing = (self.normals @ face.normal < FACING) & (before > touch) & (self.surface >= first)
-        outlines = [_outline(self.faces[k]) for k in np.flatnonzero(near & facing)]
+        before = face.normal @ self.about - (middle - self.origin) @ face.normal
+        near = np.flatnonzero((before > touch) & (before - self.radii < gap) & (self.surface >= first)
+                              & (face.normal @ self.facing < FACING))
+        apart = np.linalg.norm(self.middles[near] - middle, axis=1)
+        near = near[apart < self.radii[near] + radius + gap]
+        outlines = [_outline(self.faces[k]) for k in near]
         heights = [(outline - _corner(face)) @ face.normal for outline in outlines]
         return [outline for outline, height in zip(outlines, heights, strict=True)
                 if touch < height.min() < gap]
+
+
+class Outlines:
+    """The edges of rectangles, found by the planes they lie in.
+
+    corners : (n, 4, 3) [m]; own : how many of them are the room's, or mounted on it: the first ones
+    """
+
+    def __init__(self, corners: np.ndarray, own: int):
+        self.origin, self.own = corners[:1, 0].sum(axis=0), own
+        self.corners = np.ascontiguousarray(corners.reshape(-1, 3).T - self.origin[:, None])
+
+    def along(self, rectangle: Rectangle, touch: float) -> tuple[np.ndarray, np.ndarray]:
+        """The edges in a rectangle's plane, along its own two edges, from where to where (2, 2, m) [m]; and
+        which of them are the room's (m,)."""
+        corner = rectangle.corner - self.origin
+        flat = np.abs(rectangle.normal @ self.corners - corner @ rectangle.normal) < touch
+        start = np.flatnonzero(flat)
+        end = start - start % 4 + (start + 1) % 4
+        start, end = start[flat[end]], end[flat[end]]
+        axes = np.stack([rectangle.u, rectangle.v]) / _sides(rectangle)[:, None]
+        ends = np.stack([axes @ (self.corners[:, k] - corner[:, None]) for k in (start, end)], axis=1)
+        return ends, start < 4 * self.own
 
 
 def _corner(face: Face) -> np.ndarray:
@@ -141,22 +171,33 @@ def _boxes(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:
     return shapely.box(s[:, 0], t[:, 0], s[:, 1], t[:, 1])
 
 
-def graded(cells: np.ndarray, sides: tuple[float, float], low: np.ndarray, high: np.ndarray, close: float,
-           smallest: float) -> np.ndarray:
-    """Cells (m, 4) of a rectangle of those sides [m], s and t from and to, quartered until each is at most
-    `close` times as long as a box is away, or as short as the smallest [m].
+def graded(cells: np.ndarray, sides: tuple[float, float], near: list[tuple]) -> np.ndarray:
+    """Cells (m, 4) of a rectangle of those sides [m], s and t from and to, quartered until each is short for
+    its distance from boxes.
 
-    low, high : the box's corners (3,) [m] along the rectangle's edges and its normal
+    near : boxes' lowest and highest corners (b, 3) [m] along the rectangle's edges and its normal; how many
+        times as long as a box is away a cell may be, and how short it need never be [m]
     """
-    level = max(low[2], -high[2], 0.0)
-    while True:
-        starts, ends = cells[:, ::2] * sides, cells[:, 1::2] * sides
-        beside = np.maximum(np.maximum(starts - high[:2], low[:2] - ends), 0.0)
-        away = np.hypot(np.linalg.norm(beside, axis=1), level)
-        long = (ends - starts).max(axis=1) > 1.01 * np.maximum(close * away, smallest)
-        if not long.any():
-            return cells
-        cells = np.vstack([cells[~long], quartered(cells[long])])
+    low, high = (np.concatenate([boxes[k] for boxes in near]) for k in range(2))
+    close, shortest = (np.repeat([boxes[k] for boxes in near], [len(boxes[0]) for boxes in near])
+                       for k in (2, 3))
+    level = np.maximum(np.maximum(low[:, 2], -high[:, 2]), 0.0)
+    for first in range(0, len(low), BOXES):
+        some = slice(first, first + BOXES)
+        done = []
+        while len(cells):
+            sizes, beside = [], []
+            for axis in range(2):
+                start, end = (cells[:, 2 * axis + k, None] * sides[axis] for k in range(2))
+                sizes.append(end - start)
+                beside.append(np.maximum(np.maximum(start - high[some, axis], low[some, axis] - end), 0.0))
+            away = np.sqrt(beside[0]**2 + beside[1]**2 + level[some]**2)
+            limit = np.maximum(close[some] * away, shortest[some]).min(axis=1)
+            long = np.maximum(*sizes)[:, 0] > 1.01 * limit
+            done.append(cells[~long])
+            cells = quartered(cells[long])
+        cells = np.vstack(done)
+    return cells
 
 
 def quartered(cells: np.ndarray) -> np.ndarray:
@@ -174,18 +215,22 @@ def covered_by_contact(mesh: Mesh, faces: list[tuple[int, Face]], touch: float) 
     faces : (surface, flat part) of the room and the solids.
     """
     covered = np.zeros(len(mesh.patches), dtype=bool)
+    middle = np.ascontiguousarray(mesh.corners.mean(axis=1).T - mesh.middle[:, None])
     shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
     # Luminaires come after: their faces stand in a wall's.
     last = max((index for index, _ in faces), default=-1)
     for index, face in faces:
-        facing = mesh.normal @ face.normal
-        offset = shrunk - _corner(face)
-        level = (np.abs(offset @ face.normal) < touch).all(axis=1) & (mesh.surface != index) & (mesh.twin < 0)
-        again = (facing > 1 - OPPOSITE) & (mesh.surface > index) & (mesh.surface <= last)
-        asked = np.flatnonzero(level & ((facing < -1 + OPPOSITE) | again) & ~covered)
+        height = (_corner(face) - mesh.middle) @ face.normal
+        near = np.flatnonzero(np.abs(face.normal @ middle - height) < touch)
+        near = near[(mesh.surface[near] != index) & (mesh.twin[near] < 0) & ~covered[near]]
+        facing, offset = mesh.normal[near] @ face.normal, shrunk[near] - _corner(face)
+        level = (np.abs(offset @ face.normal) < touch).all(axis=1)
+        again = (facing > 1 - OPPOSITE) & (mesh.surface[near] > index) & (mesh.surface[near] <= last)
+        asked = level & ((facing < -1 + OPPOSITE) | again)
+        asked, offset = near[asked], offset[asked]
         if isinstance(face, Rectangle):
-            s = offset[asked] @ face.u / (face.u @ face.u)
-            t = offset[asked] @ face.v / (face.v @ face.v)
+            s = offset @ face.u / (face.u @ face.u)
+            t = offset @ face.v / (face.v @ face.v)
             covered[asked] = ((s > 0) & (s < 1) & (t > 0) & (t < 1)).all(axis=1)
         elif len(asked):
             covered[asked] = face.contains(shrunk[asked]).all(axis=1)

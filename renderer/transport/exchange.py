@@ -6,12 +6,12 @@ kept and reported.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
+from renderer.lazy import cached_property
 from renderer.transport.threads import in_threads
 
 CLOSED, CLOSED_BY_RAYS = 1e-12, 1e-4

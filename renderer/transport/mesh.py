@@ -10,7 +10,7 @@ from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
-from renderer.transport.contacts import Faces, covered_by_contact, cut, graded, standing
+from renderer.transport.contacts import Faces, Outlines, covered_by_contact, cut, graded, standing
 from renderer.transport.mounting import COPLANAR, Mounting, mounting
 from renderer.transport.patches import Mesh
 from renderer.transport.polygons import triangulated, without
@@ -55,11 +55,12 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
     rectangles = [(index, face) for index, parts in enumerate(every) for face in parts.rectangles]
     polygons = [(index, face) for index, parts in enumerate(every) for face in parts.polygons]
     own = [r.corners for index, r in rectangles if index < builder.n_walls]
-    own = np.array(own + [m.outline for m in mountings if not m.cut_out]).reshape(-1, 4, 3)
-    solids = np.array([r.corners for index, r in rectangles if index >= builder.n_walls]).reshape(-1, 4, 3)
+    own += [m.outline for m in mountings if not m.cut_out]
+    solids = [r.corners for index, r in rectangles if index >= builder.n_walls]
+    outlines = Outlines(np.array(own + solids).reshape(-1, 4, 3), len(own))
     faces = Faces([*rectangles, *polygons])
     for index, rectangle in rectangles:
-        builder.add_rectangle(index, rectangle, own, solids, faces, mountings)
+        builder.add_rectangle(index, rectangle, outlines, faces, mountings)
     for mounted in mountings:
         if mounted.cut_out:
             builder.add_face(mounted.surface, mounted.face)
@@ -69,7 +70,8 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
         builder.add_triangles(index, parts.triangles)
     for index, luminaire in sheets:
         builder.add_sheet(index, luminaire)
-    return builder.finish([*rectangles, *polygons], _obstacles(scene, [lum for _, lum in sheets]),
+    free = [lum for _, lum in sheets]
+    return builder.finish([*rectangles, *polygons], _obstacles(scene, free), _blockers(scene, free),
                           scene.room.shell)
 
 
@@ -83,6 +85,19 @@ def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
     corners = np.array(list(np.ndindex(2, 2, 2)))
     boxes = [bounds[corners, np.arange(3)] for bounds in around]
     return np.array(boxes + [np.resize(h, (8, 3)) for h in hindrances]).reshape(-1, 8, 3)
+
+
+def _blockers(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
+    """Triangles (k, 3, 3) [m] of all that can stand between two places in a room: not its walls, where it is
+    convex."""
+    found = [solid.parts.shell for solid in scene.solids]
+    for lum in sheets:
+        fan = np.arange(1, len(lum.outline) - 1)[:, None] + [0, 0, 1]
+        fan[:, 0] = 0
+        found.append(lum.outline[fan])
+    if not scene.room.convex:
+        found.append(scene.room.shell)
+    return np.concatenate(found) if found else np.zeros((0, 3, 3))
 
 
 class _Builder:
@@ -106,14 +121,15 @@ class _Builder:
         self.n_vertices += len(vertices)
         self.n_patches += len(patches)
 
-    def add_rectangle(self, index: int, rectangle: Rectangle, own: np.ndarray, solids: np.ndarray,
-                      faces: Faces, mountings: list[Mounting]) -> None:
-        """Divide a rectangle along outlines (m, 4, 3): of the room and what is mounted on it, and of solids,
-        unless so many cross it that their feet had better be cut out one by one."""
-        us, vs = self.grid_lines(rectangle, np.concatenate([own, solids]))
+    def add_rectangle(self, index: int, rectangle: Rectangle, outlines: Outlines, faces: Faces,
+                      mountings: list[Mounting]) -> None:
+        """Divide a rectangle along outlines: of the room and what is mounted on it, and of solids, unless so
+        many cross it that their feet had better be cut out one by one."""
+        edges, own = outlines.along(rectangle, self.touch)
+        us, vs = self.grid_lines(rectangle, edges)
         crowded = len(us) * len(vs) > 4 * CROWDED
         if crowded:  # perhaps: alone it has four corners at the least
-            alone = self.grid_lines(rectangle, own)
+            alone = self.grid_lines(rectangle, edges[:, :, own])
             crowded = len(us) * len(vs) > CROWDED * len(alone[0]) * len(alone[1])
             us, vs = alone if crowded else (us, vs)
         covers = self.on(index, rectangle.corner, rectangle.normal, mountings)
@@ -173,22 +189,19 @@ class _Builder:
         return (rectangle.corner + corners[first] @ np.stack([rectangle.u, rectangle.v]),
                 index.reshape(-1, 4))
 
-    def grid_lines(self, rectangle: Rectangle, outlines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where a rectangle is cut along each edge (k,), 0 to 1."""
-        return (self.divisions(rectangle.corner, rectangle.u, rectangle.v, rectangle.normal, outlines),
-                self.divisions(rectangle.corner, rectangle.v, rectangle.u, rectangle.normal, outlines))
+    def grid_lines(self, rectangle: Rectangle, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where a rectangle is cut along each edge (k,), 0 to 1. edges : as from `Outlines.along`"""
+        length, width = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
+        return self.divisions(length, width, *edges), self.divisions(width, length, *edges[::-1])
 
-    def divisions(self, corner, along, across, normal, outlines) -> np.ndarray:
-        """Where a rectangle is cut along one edge (k,), 0 to 1: at what touches it, and between."""
-        length, width = np.linalg.norm(along), np.linalg.norm(across)
-        a = outlines - corner
-        b = np.roll(a, -1, axis=1)
-        flat = (abs(a @ normal) < self.touch) & (abs(b @ normal) < self.touch)
-        xa, xb = a @ along / length, b @ along / length
-        ya, yb = a @ across / width, b @ across / width
-        cuts = flat & (abs(xa - xb) < self.touch) & (np.maximum(ya, yb) > self.touch) & (
-            np.minimum(ya, yb) < width - self.touch)
-        inner = np.sort(xa[cuts & (xa > self.touch) & (xa < length - self.touch)])
+    def divisions(self, length: float, width: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Where a rectangle is cut along one edge (k,), 0 to 1: at what touches it, and between.
+
+        x, y : along that edge and across it, from where to where each edge of what touches it goes (2, m) [m]
+        """
+        cuts = (abs(x[0] - x[1]) < self.touch) & (y.max(axis=0) > self.touch) & (
+            y.min(axis=0) < width - self.touch)
+        inner = np.sort(x[0, cuts & (x[0] > self.touch) & (x[0] < length - self.touch)])
         stops = [0.0]
         for x in [*inner, length]:
             if x - stops[-1] > self.touch:
@@ -209,19 +222,19 @@ class _Builder:
         from lamps that light the rectangle and from what faces it: light varies over those distances."""
         sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
         axes = np.stack([rectangle.u / sides[0], rectangle.v / sides[1], rectangle.normal])
+        near = []
         for lum in self.luminaires:
             points = lum.center[None] if lum.outline is None else np.vstack([lum.center, lum.outline])
             points = (points - rectangle.corner) @ axes.T
             lit = ((rectangle.corners - lum.center) @ lum.normal).max() > self.touch
             if points[:, 2].max() <= self.touch or (lum.forward_only and not lit):
                 continue
-            for point in points:
-                cells = graded(cells, sides, point, point, self.close, self.patch_size / NEAREST_LAMP)
+            near.append((points, points, self.close, self.patch_size / NEAREST_LAMP))
         for corners in facing:
             local = (corners - rectangle.corner) @ axes.T
-            cells = graded(cells, sides, local.min(axis=0), local.max(axis=0), self.in_gap,
-                           self.patch_size / NARROWEST)
-        return cells
+            near.append((local.min(axis=0)[None], local.max(axis=0)[None], self.in_gap,
+                         self.patch_size / NARROWEST))
+        return graded(cells, sides, near) if near else cells
 
     def add_triangles(self, index: int, triangles: np.ndarray) -> None:
         if not len(triangles):
@@ -257,10 +270,11 @@ class _Builder:
         self.add(vertices, back, np.full(n, index), index, np.arange(n) - n)
 
     def finish(self, faces: list[tuple[int, Rectangle | Polygon]], obstacles: np.ndarray,
-               shell: np.ndarray) -> Mesh:
+               blockers: np.ndarray, shell: np.ndarray) -> Mesh:
         arrays = (np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
                                               self.vertex_surface, self.twin))
-        mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, shell)
+        mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, blockers,
+                    shell)
         return replace(mesh, covered=covered_by_contact(mesh, faces, self.touch))
 
 

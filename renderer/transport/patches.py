@@ -1,10 +1,11 @@
 """Patches: flat pieces of the surfaces, each one unknown of the radiosity equation."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy import sparse
+
+from renderer.lazy import cached_property
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,7 @@ class Mesh:
     twin : (n_patches,) the patch on the other side of a sheet (a luminaire in mid-air), else -1
     covered : (n_patches,) lies face to face on another surface, or again where one already is
     obstacles : (m, 8, 3) corners of boxes around whatever stands in the room [m]
+    blockers : (k, 3, 3) triangles of whatever can stand between two places in the room, undivided [m]
     shell : (k, 3, 3) the room's whole surface as triangles, normals inward [m]
     """
 
@@ -29,6 +31,7 @@ class Mesh:
     twin: np.ndarray
     covered: np.ndarray
     obstacles: np.ndarray
+    blockers: np.ndarray
     shell: np.ndarray
 
     @cached_property
@@ -36,12 +39,12 @@ class Mesh:
         """Lowest and highest corner of the room (2, 3) [m]."""
         return np.array([self.shell.min(axis=(0, 1)), self.shell.max(axis=(0, 1))])
 
-    @property
+    @cached_property
     def scale(self) -> float:
         """The room's longest side [m], what tolerances are relative to."""
         return float(np.ptp(self.bounds, axis=0).max())
 
-    @property
+    @cached_property
     def middle(self) -> np.ndarray:
         """The room's middle (3,) [m]: coordinates are counted from it where digits are scarce."""
         return self.bounds.mean(axis=0)

@@ -1,23 +1,59 @@
 """Work on every core: numpy, scipy and Embree release the interpreter's lock."""
 
-from concurrent.futures import ThreadPoolExecutor
-from os import cpu_count
-from threading import local
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
 
-CHUNK = 1 << 18
+CHUNK = 1 << 16
 """Rays or pairs in one slice of work."""
 
-_worker = local()
+
+@cache
+def _helpers() -> ThreadPoolExecutor | None:
+    """A thread for each further core; None where there is none."""
+    further = (os.cpu_count() or 1) - 1
+    return ThreadPoolExecutor(further) if further else None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_helpers.cache_clear)  # a fork has none of the threads
 
 
 def in_threads(work, n: int, chunk: int = CHUNK) -> None:
-    """Call work(start, stop) for slices of n, on every core; one after the other where the caller is itself
-    such work, for then every core has some."""
-    slices = [(start, min(n, start + chunk)) for start in range(0, n, chunk)]
-    if len(slices) == 1 or hasattr(_worker, "busy"):
-        for each in slices:
-            work(*each)
-        return
-    with ThreadPoolExecutor(cpu_count(), initializer=lambda: setattr(_worker, "busy", True)) as pool:
-        for done in [pool.submit(work, *each) for each in slices]:
-            done.result()
+    """Call work(start, stop) for slices of n, on every core.
+
+    Whoever calls works too, and cores with nothing to do help: so work inside work is shared out where a core
+    is free, and keeps to its own where none is.
+    """
+    starts = iter(range(0, n, chunk))
+
+    def go() -> None:
+        try:
+            for start in starts:
+                work(start, min(n, start + chunk))
+        except BaseException:
+            for _ in starts:  # nobody need go on
+                pass
+            raise
+
+    helpers, more = _helpers(), min(-(-n // chunk), os.cpu_count() or 1) - 1
+    asked = [helpers.submit(go) for _ in range(more)] if helpers else []
+    try:
+        go()
+    finally:
+        begun = [each for each in asked if not each.cancel()]
+        wait(begun)
+    for each in begun:
+        each.result()
+
+
+def together(*works: Callable) -> list:
+    """What each of several pieces of work returns, each begun as a core is free."""
+    made = [None] * len(works)
+
+    def work(start: int, _stop: int) -> None:
+        made[start] = works[start]()
+
+    in_threads(work, len(works), 1)
+    return made

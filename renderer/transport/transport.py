@@ -6,12 +6,13 @@ A grey and a red room of one shape share it, whatever the bands; so do their pic
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
 from renderer.cache import Arrays
 from renderer.errors import InputError
+from renderer.lazy import cached_property
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
 from renderer.scene.rooms import Room

@@ -38,6 +38,7 @@ class Visibility:
 
     def __post_init__(self):
         self._counting = Lock()
+        self._between = _embree(self._cast(self.mesh.blockers))
         self.exposed = ~self.mesh.covered
         self._build()
         for _ in range(COVERED_BY_COVERED):
@@ -100,9 +101,7 @@ class Visibility:
         twin = mesh.twin[patch]
         self._normal = mesh.normal[patch].astype(np.float32)
         self._of_face = np.concatenate([patch, np.where(twin >= 0, twin, INSIDE)])  # fronts, then backs
-        self._scene = EmbreeScene()
-        faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
-        self._geometry = TriangleMesh(self._scene, triangles.reshape(-1, 3), faces)
+        self._patches = _embree(triangles)
 
     def _cast(self, points: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray((points - self.mesh.middle) / self.mesh.scale, dtype=np.float32)
@@ -117,11 +116,13 @@ class Visibility:
         origins : (k, 3) [m], already off their surface; directions : (k, 3), any length.
         """
         n = len(origins)
-        patch = np.empty(n, dtype=np.int64)
+        patch = np.full(n, NOTHING, dtype=np.int64)
+        if self._patches is None:
+            return patch
 
         def work(start: int, stop: int) -> None:
             d = np.ascontiguousarray(directions[start:stop], dtype=np.float32)
-            hit = self._scene.run(self._cast(origins[start:stop]), d, query="INTERSECT")
+            hit = self._patches[0].run(self._cast(origins[start:stop]), d, query="INTERSECT")
             behind = np.einsum("ij,ij->i", d, self._normal.take(hit, axis=0, mode="clip")) > 0
             found = self._of_face.take(hit + len(self._normal) * behind, mode="clip")
             patch[start:stop] = np.where(hit >= 0, found, NOTHING)
@@ -132,8 +133,9 @@ class Visibility:
 
     def clear(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Whether nothing stands between points off their surface (k, …, 3) and their targets (k, …)."""
-        shape = np.broadcast_shapes(origins.shape, targets.shape)[:-1]
-        free = np.empty(shape, dtype=bool)
+        free = np.ones(np.broadcast_shapes(origins.shape, targets.shape)[:-1], dtype=bool)
+        if self._between is None:
+            return free
 
         def work(start: int, stop: int) -> None:
             part = free[start:stop]
@@ -144,7 +146,7 @@ class Visibility:
             d *= short[..., None]
             a = np.ascontiguousarray(np.broadcast_to(a, d.shape)).reshape(-1, 3)
             reach = np.ones(part.size, dtype=np.float32)
-            found = self._scene.run(a, d.reshape(-1, 3), reach, query="OCCLUDED") != 0
+            found = self._between[0].run(a, d.reshape(-1, 3), reach, query="OCCLUDED") != 0
             part[...] = found.reshape(part.shape)
 
         in_threads(work, len(free), max(1, CHUNK * len(free) // max(1, free.size)))
@@ -154,3 +156,11 @@ class Visibility:
     def off(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Points (k, 3) lifted off their surface so that rays may start there."""
         return points + STAND_OFF * self.mesh.scale * normals
+
+
+def _embree(triangles: np.ndarray) -> tuple[EmbreeScene, TriangleMesh] | None:
+    """Embree's scene of triangles (k, 3, 3), and what keeps them; None of none."""
+    if not len(triangles):
+        return None
+    scene, faces = EmbreeScene(), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    return scene, TriangleMesh(scene, triangles.reshape(-1, 3), faces)

@@ -1,9 +1,10 @@
 """Luminous intensity by direction, as goniophotometers measure it and photometric files tabulate it."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
+
+from renderer.lazy import cached_property
 
 DOWNWARD = 0.25
 """Step [°] of the directions that a flux through half of all directions is summed over."""
