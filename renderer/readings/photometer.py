@@ -29,7 +29,7 @@ READING_RAYS, MOST_RAYS, ENOUGH = 1 << 10, 1 << 14, 5e-4
 many, until so small a share of what comes straight from them is uncertain."""
 AT_ONCE = 1 << 14
 """Rays from the meter to elements worked on at once: what stays in the cache."""
-ELEMENT_RAYS, FEWER = 4, 4
+ELEMENT_RAYS, FEWER = 2, 4
 """Rays from the meter to each element, and shadow rays from there to each luminaire, in each independent
 part, as many times more as elements are larger: their errors average out over thousands. So many times fewer
 where only an error bar hangs on them."""
@@ -131,7 +131,7 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     spot = place(transport, position, normal, where)
     parts = transport.parts
     own = own if own is not None and len(own.direct) == parts else None
-    rays = _element_rays(transport) // (1 if own is None else FEWER)
+    rays = max(1, _element_rays(transport) // (1 if own is None else FEWER))
     patch, corners, factor, whole = _elements(transport, spot)
     triangular = transport.mesh.triangular[patch]
     st = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))

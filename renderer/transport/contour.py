@@ -8,7 +8,6 @@ integrand of touching polygons is singular.
 """
 
 from dataclasses import dataclass
-from threading import local
 
 import numpy as np
 from scipy import sparse
@@ -25,11 +24,11 @@ APART = ((1.5, 6), (1.01, 12))
 """Polygons whose middles are so many times their two radii apart do with so few nodes, not drawn to the
 ends: 1e-5 of what they exchange at worst."""
 CELLS = 1 << 18
-"""Point–edge pairs worked on at once, in single precision: what stays in the cache."""
+"""Pairs of points and ends of edges worked on at once, in single precision: what stays in the cache."""
 NODES = 1 << 13
 """Nodes of double contour integrals, or corners of polygons, likewise; in double."""
-FLAT = -0.6
-"""Cosine of an angle past which it is found in double precision, and its sine from the cross product."""
+SAME_LINE = 10
+"""Decimals, in units of the room, that edges of one line share."""
 
 
 def frames(normals: np.ndarray) -> np.ndarray:
@@ -101,31 +100,51 @@ def _cut(reach: np.ndarray, height: np.ndarray, normal: np.ndarray) -> np.ndarra
 
 
 @dataclass(frozen=True)
-class Edges:
-    """The distinct edges of a mesh: neighbours share one, so its integral is done once."""
+class Lines:
+    """The lines that a mesh's edges lie on, in units of the room and from its middle. An edge seen from a
+    point spans the angle between its ends on its line, so that neighbours along a line share an end.
 
-    ends: np.ndarray
-    of_patch: np.ndarray
-    sign: np.ndarray
-
-
-def mesh_edges(mesh: Mesh) -> Edges:
-    """The edges (n_edges, 2), each patch's four of them (n_patches, 4), and their direction.
-
-    Vertices in one place are one here: facets of a curved surface share their edges too. The fourth edge
-    of a triangle has no length and the sign 0.
+    direction : (n_lines, 3) unit; moment : (n_lines, 3) a place on it × direction
+    line, along : (n_ends,) of each vertex on a line, which one and how far along it, line by line
+    around : (n_patches, n_ends) what each end adds to each patch's factor, over the angle to it
     """
+
+    direction: np.ndarray
+    moment: np.ndarray
+    line: np.ndarray
+    along: np.ndarray
+    around: sparse.csr_array
+
+
+def mesh_lines(mesh: Mesh) -> Lines:
+    """The lines of a mesh. Vertices in one place are one here: facets of a curved surface share their edges
+    too. The fourth edge of a triangle has no length and counts nothing."""
     _, first, place = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
     patches = first[place.ravel()][mesh.patches]
     pairs = np.stack([patches, np.roll(patches, -1, axis=1)], axis=-1).reshape(-1, 2)
     real = pairs[:, 0] != pairs[:, 1]
     low, high = np.sort(pairs[real], axis=1).T.astype(np.int64)
-    keys, index = np.unique(low * len(mesh.vertices) + high, return_inverse=True)
-    ends = np.stack(np.divmod(keys, len(mesh.vertices)), axis=1)
-    of_patch, sign = np.zeros(len(pairs), dtype=int), np.zeros(len(pairs))
-    of_patch[real] = index.ravel()
-    sign[real] = np.where(pairs[real, 0] < pairs[real, 1], 1.0, -1.0)
-    return Edges(ends, of_patch.reshape(-1, 4), sign.reshape(-1, 4))
+    keys, edge = np.unique(low * len(mesh.vertices) + high, return_inverse=True)
+    ends = np.stack(np.divmod(keys, len(mesh.vertices)))
+    places = (mesh.vertices - mesh.middle) / mesh.scale
+    start, stop = places[ends]
+    ahead = stop - start
+    ahead /= np.linalg.norm(ahead, axis=1)[:, None]
+    ahead *= np.sign(ahead[np.arange(len(ahead)), np.abs(ahead).argmax(axis=1)])[:, None]
+    foot = start - np.einsum("ki,ki->k", start, ahead)[:, None] * ahead
+    # Two numbers tell lines apart; where rounding makes two of one, they share no ends, and that is all.
+    tell = np.round(np.hstack([ahead, foot]) @ np.random.default_rng(0).normal(size=(6, 2)), SAME_LINE)
+    _, known, of_edge = np.unique(tell @ [1, 1j], return_index=True, return_inverse=True)
+    keys, end = np.unique(of_edge.ravel() * len(mesh.vertices) + ends, return_inverse=True)
+    line, vertex = np.divmod(keys, len(mesh.vertices))
+    direction, foot = ahead[known], foot[known]
+    along = np.einsum("ki,ki->k", places[vertex], direction[line])
+    from_, to = end.reshape(ends.shape)[:, edge.ravel()]
+    share = np.where(pairs[real, 0] < pairs[real, 1], 1.0, -1.0) / (-2 * np.pi)
+    patch = np.repeat(np.arange(len(patches)), 4)[real]
+    around = sparse.coo_array((np.concatenate([share, -share]).astype(np.float32),
+                               (np.tile(patch, 2), np.concatenate([to, from_]))), (len(patches), len(line)))
+    return Lines(direction, np.cross(foot, direction), line, along, around.tocsr())
 
 
 def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.ndarray:
@@ -134,30 +153,22 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
 
     points, normals : (k, 3) [m]. A point's own plane counts nothing.
     """
-    edges, n = mesh_edges(mesh), len(mesh.patches)
-    around = sparse.csr_array(((edges.sign.ravel() / (-2 * np.pi)).astype(np.float32), edges.of_patch.ravel(),
-                               np.arange(0, 4 * n + 1, 4)), shape=(n, len(edges.ends)))
+    lines, n = mesh_lines(mesh), len(mesh.patches)
     factors = np.empty((len(points), n), dtype=np.float32)
     # Relative to the room, so that no square is too small for single precision.
     vertices, places = ((each - mesh.middle) / mesh.scale for each in (mesh.vertices, points))
-    axes = frames(normals)
-    ends = np.ascontiguousarray(edges.ends.T)
-    chunk = max(1, CELLS // len(edges.ends))
-    kept = local()  # by each thread, for memory freshly mapped costs more than the work in it
+    axes = normals / np.linalg.norm(normals, axis=1)[:, None]
+    chunk = max(1, CELLS // len(lines.line))
 
     def work(start: int, stop: int) -> None:
-        if not hasattr(kept, "room"):
-            kept.room = np.empty((8, chunk * len(edges.ends)), dtype=np.float32)
-        room = kept.room[:, :(stop - start) * len(edges.ends)].reshape(8, len(edges.ends), -1)
-        own = places[start:stop]
-        # By vertex, edge and patch, then by point: whatever is gathered is a run of numbers.
-        x, y, z = (vertices @ axes[start:stop, k].T - np.einsum("ij,ij->i", own, axes[start:stop, k])
-                   for k in range(3))
+        own, normal = places[start:stop], axes[start:stop]
+        # By vertex, line and patch, then by point: whatever is gathered is a run of numbers.
+        z = vertices @ normal.T - np.einsum("ij,ij->i", own, normal)
         z *= np.abs(z) > HORIZON
-        total = around @ _edges((x, y, z), ends, room)
+        total = lines.around @ _angles(lines, own, normal)
         np.clip(total, 0.0, 1.0, out=total)
         high = _any_corner(z > 0, mesh.patches)
-        total[~high] = 0.0
+        total *= high
         below = z < 0
         if below.any():
             patch, point = np.nonzero(_any_corner(below, mesh.patches) & high)
@@ -169,42 +180,29 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
     return factors
 
 
-def _edges(vertices: tuple, ends: np.ndarray, room: np.ndarray) -> np.ndarray:
-    """As `_edge`, of the edges (2, e) between vertices (n, k) that k points see in their frames; in `room`
-    (8, e, k), which is written over.
+def _angles(lines: Lines, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """The angle from each line's nearest place to each end on it, seen from points (k, 3) of unit normals
+    (k, 3), times the cosine between the normal and that of the plane through point and line (n_ends, k).
 
-    With a and b of length 1, c = a·b: (a × b)_z arccos c / √(1 − c²), which rounding of c does not harm
-    where the edge is seen under a small angle, and hardly does up to FLAT. In single precision but for what
-    is past that.
+    That cosine is (r × d)·n / h, with r from the point to the line, d along it and h = |r × d| their
+    distance; nothing, where the point is on the line.
     """
-    single = [x.astype(np.float32) for x in vertices]
-    distance = np.sqrt(sum(x * x for x in single))
-    np.maximum(distance, np.float32(1e-30), out=distance)
-    a, b, total, spare = room[:3], room[3:6], room[6], room[7]
-    for x, start, end in zip(single, a, b, strict=True):
-        x /= distance
-        x.take(ends[0], axis=0, out=start, mode="clip")
-        x.take(ends[1], axis=0, out=end, mode="clip")
-    np.multiply(a[0], b[1], out=total)
-    np.multiply(a[1], b[0], out=spare)
-    total -= spare
-    a *= b
-    cosine = a[0]
-    cosine += a[1]
-    cosine += a[2]
-    np.minimum(cosine, np.float32(1 - 2**-24), out=cosine)
-    flat = np.divmod(np.flatnonzero((cosine < FLAT).ravel()), cosine.shape[1])
-    cosine[flat] = 0.0
-    np.subtract(1, cosine, out=spare)
-    np.add(1, cosine, out=a[1])
-    spare *= a[1]
-    np.sqrt(spare, out=spare)
-    np.arccos(cosine, out=cosine)
-    total *= cosine
-    total /= spare
-    first, second = ends[:, flat[0]]
-    total[flat] = _edge(*([x[end, flat[1]] for x in vertices] for end in (first, second)), (0.0, 0.0, 1.0))
-    return total
+    x, y, z = points.T
+    nought = np.zeros_like(x)
+    turns = np.array([[nought, -z, y], [z, nought, -x], [-y, x, nought]])  # p × d, by component of d
+    across = lines.moment.T[..., None] - np.einsum("abk,lb->alk", turns, lines.direction)
+    distance = np.sqrt(_dot(across, across))
+    apart = distance > HORIZON
+    distance[~apart] = 1.0
+    cosine = (_dot(across, normals.T[:, None]) * apart / distance).astype(np.float32)
+    nearness = (1 / distance).astype(np.float32)
+    ahead = (lines.direction @ points.T).take(lines.line, axis=0)
+    angle = np.subtract(lines.along[:, None], ahead, out=np.empty(ahead.shape, dtype=np.float32),
+                        casting="same_kind")
+    angle *= nearness.take(lines.line, axis=0)
+    np.arctan(angle, out=angle)
+    angle *= cosine.take(lines.line, axis=0)
+    return angle
 
 
 def _any_corner(vertices: np.ndarray, patches: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.transport.contour import HORIZON, exchange_areas, exchanged, point_factors
+from renderer.transport.contour import HORIZON, exchange_areas, point_factors
 from renderer.transport.exchange import Exchange, balance, reciprocity
 from renderer.transport.hemisphere import PROBE_RAYS, Openness, probed
 from renderer.transport.patches import Mesh
@@ -18,8 +18,10 @@ NEAR = 2.0
 ones from middle to patch (docs/decisions.md)."""
 AT_ONCE = 1 << 15
 """Rays between pairs worked on at once: what stays in the cache."""
-STRIP = 64
-"""Rows of a matrix worked on at once."""
+TILE = 128
+"""Rows and columns of a matrix worked on at once."""
+LEAST = 1e-30
+"""What is exchanged over less than this in single precision is nothing."""
 MOST_PATCHES = 4000
 """Patches past which a factor for every pair takes longer than rays."""
 MOST_RAYS = 4
@@ -89,15 +91,10 @@ def look_across(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, 
     seen, apart = np.empty(count), np.empty(count)
 
     def look(start: int, stop: int) -> None:
-        square, (first, second) = nets.draw(start, stop), pairs[:, start:stop]
-        normal, facing = mesh.normal[first][:, None], mesh.normal[second][:, None]
-        origins = visibility.off(mesh.spread(first, square[..., :2]), normal)
-        targets = mesh.spread(second, square[..., 2:])
-        worth = exchanged(origins, normal, targets, facing)
-        through = (worth * visibility.clear(origins, targets)).reshape(-1, 2, half).sum(axis=2)
-        total = worth.reshape(-1, 2, half).sum(axis=2)
-        seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), 1e-300)
-        through /= np.maximum(total, 1e-300)
+        worth, past = visibility.between(*pairs[:, start:stop], nets.coordinates(start, stop))
+        total, through = (each.reshape(-1, 2, half) @ np.ones(half, each.dtype) for each in (worth, past))
+        seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), LEAST)
+        through /= np.maximum(total, LEAST)
         apart[start:stop] = (through[:, 0] - through[:, 1]) / 2
 
     in_threads(look, count, max(1, AT_ONCE // (2 * half)))
@@ -146,10 +143,13 @@ def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
     matrix, inverse = np.empty(factors.shape), 1 / mesh.area
 
     def add(start: int, stop: int) -> None:
-        np.add(factors[start:stop], factors[:, start:stop].T, out=matrix[start:stop])
-        matrix[start:stop] /= inverse[start:stop, None] + inverse
+        for first in range(start, len(factors), TILE):  # of both halves, each entry once
+            rows, columns = slice(start, stop), slice(first, first + TILE)
+            both = factors[rows, columns] + factors[columns, rows].T
+            matrix[rows, columns] = both / (inverse[rows, None] + inverse[columns])
+            matrix[columns, rows] = matrix[rows, columns].T
 
-    in_threads(add, len(factors), STRIP)
+    in_threads(add, len(factors), TILE)
     first, second = _near_pairs(mesh)
     seen = matrix[first, second] > 0
     first, second = first[seen], second[seen]

@@ -22,11 +22,14 @@ def half_samples(sight: Sight, whole: np.ndarray, parts: int, x: np.ndarray) -> 
     """
     pairs = len(whole)
     order = sparse.coo_array((np.arange(1, pairs + 1), tuple(sight.pairs)), shape=(len(x), len(x))).tocsr()
+    by_row = order.data - 1
+    seen, apart, whole = (each[by_row] for each in (sight.seen, sight.apart, whole))
+    more_seen, less_seen = (whole * ((seen + way * apart).clip(0, 1) - seen) for way in (1, -1))
     more = np.empty((parts, *x.shape))
     for part in range(parts):
-        sign = np.random.default_rng(part).choice([-1.0, 1.0], pairs)
-        half = whole * ((sight.seen + sign * sight.apart).clip(0, 1) - sight.seen)
-        above = sparse.csr_array((half[order.data - 1], order.indices, order.indptr), shape=order.shape)
+        lots = np.unpackbits(np.frombuffer(np.random.default_rng(part).bytes(-(-pairs // 8)), dtype=np.uint8))
+        half = np.where(lots[:pairs] > 0, more_seen, less_seen)
+        above = sparse.csr_array((half, order.indices, order.indptr), shape=order.shape)
         more[part] = above @ x + above.T @ x
     return more
 

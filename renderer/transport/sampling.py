@@ -4,7 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-BITS = 30
+BITS, SINGLE = 30, 23
+"""Of a coordinate; and in single precision, where a half is added to the last."""
 REPLICAS = 8
 """Independent parts that whatever is sampled is drawn in; how far they differ is the sampling error."""
 
@@ -25,10 +26,25 @@ class Nets:
         """Nets for items start to stop (stop − start, parts · n, dimensions): alike for equal `start`,
         whichever core asks first."""
         parts, n, dimensions = self._nets.shape
-        random = np.random.default_rng((*self._seed, start, n))
-        shift = random.integers(2**BITS, size=(stop - start, parts, 1, dimensions), dtype=np.uint32)
-        shifted = (self._nets ^ shift).reshape(stop - start, parts * n, dimensions)
+        shifted = (self._nets ^ self._shift(start, stop)).reshape(stop - start, parts * n, dimensions)
         return shifted * 2.0**-BITS + 2.0 ** -(BITS + 1)
+
+    def coordinates(self, start: int, stop: int) -> np.ndarray:
+        """The same by coordinate (dimensions, stop − start, parts · n), in single precision."""
+        parts, n, dimensions = self._nets.shape
+        nets, shift = (np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in (
+            self._nets, self._shift(start, stop)))
+        shifted = nets[:, None] ^ shift
+        shifted >>= BITS - SINGLE
+        square = shifted.reshape(dimensions, stop - start, parts * n).astype(np.float32)
+        square += 0.5
+        square *= 2.0**-SINGLE
+        return square
+
+    def _shift(self, start: int, stop: int) -> np.ndarray:
+        parts, n, dimensions = self._nets.shape
+        random = np.random.default_rng((*self._seed, start, n))
+        return random.integers(2**BITS, size=(stop - start, parts, 1, dimensions), dtype=np.uint32)
 
 
 @lru_cache(maxsize=64)

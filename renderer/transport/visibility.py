@@ -38,7 +38,10 @@ class Visibility:
 
     def __post_init__(self):
         self._counting = Lock()
-        self._between = _embree(self._cast(self.mesh.blockers))
+        mesh = self.mesh
+        self._between = _embree(self._cast(mesh.blockers))
+        lengths = (each / mesh.scale for each in (mesh.corners[:, 0] - mesh.middle, mesh.u, mesh.v))
+        self._spans = np.array([each.T for each in (*lengths, mesh.normal)], dtype=np.float32)
         self.exposed = ~self.mesh.covered
         self._build()
         for _ in range(COVERED_BY_COVERED):
@@ -133,29 +136,71 @@ class Visibility:
 
     def clear(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Whether nothing stands between points off their surface (k, …, 3) and their targets (k, …)."""
-        free = np.ones(np.broadcast_shapes(origins.shape, targets.shape)[:-1], dtype=bool)
-        if self._between is None:
-            return free
+        free = np.empty(np.broadcast_shapes(origins.shape, targets.shape)[:-1], dtype=bool)
 
         def work(start: int, stop: int) -> None:
-            part = free[start:stop]
             a, b = self._cast(origins[start:stop]), self._cast(targets[start:stop])
-            d = b - a
-            length = np.sqrt(np.einsum("...i,...i->...", d, d))
-            short = np.maximum(1 - 2 * STAND_OFF / np.maximum(length, 1e-30), 0)
-            d *= short[..., None]
-            a = np.ascontiguousarray(np.broadcast_to(a, d.shape)).reshape(-1, 3)
-            reach = np.ones(part.size, dtype=np.float32)
-            found = self._between[0].run(a, d.reshape(-1, 3), reach, query="OCCLUDED") != 0
-            part[...] = found.reshape(part.shape)
+            reach = b - a
+            free[start:stop] = self._free(a, reach, np.einsum("...i,...i->...", reach, reach))
 
         in_threads(work, len(free), max(1, CHUNK * len(free) // max(1, free.size)))
-        self._count(free.size)
         return free
+
+    def _free(self, origins: np.ndarray, reach: np.ndarray, distance2: np.ndarray) -> np.ndarray:
+        """Whether nothing stands between origins (…, 3), already cast, and what lies `reach` (…, 3) away;
+        distance2 : (…) the square of that. `reach` is written over."""
+        self._count(distance2.size)
+        if self._between is None:
+            return np.ones(distance2.shape, dtype=bool)
+        reach *= np.maximum(1 - 2 * STAND_OFF / np.sqrt(np.maximum(distance2, 1e-30)), 0)[..., None]
+        origins = np.ascontiguousarray(np.broadcast_to(origins, reach.shape)).reshape(-1, 3)
+        ahead = np.ones(distance2.size, dtype=np.float32)
+        met = self._between[0].run(origins, reach.reshape(-1, 3), ahead, query="OCCLUDED")
+        return (met != 0).reshape(distance2.shape)
+
+    def between(self, first: np.ndarray, second: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, ...]:
+        """What rays between points all over pairs of patches (k,) bring, as by `exchanged` but for a factor;
+        and what of it gets past what stands between; both (k, rays).
+
+        square : (4, k, rays) points of the unit hypercube, in single precision as all that is done here
+        """
+        s, t, p, q = square
+        for patch, one, other in ((first, s, t), (second, p, q)):
+            _fold(self.mesh.triangular[patch], one, other)
+        origins, reach = np.empty((*s.shape, 3), s.dtype), np.empty((*s.shape, 3), s.dtype)
+        distance2, ahead, back = np.full_like(s, 1e-18), np.zeros_like(s), np.zeros_like(s)
+        ours, theirs = (self._spans.take(patch, axis=2)[..., None] for patch in (first, second))
+        for k in range(3):
+            (corner, u, v, normal), (other, along, across, facing) = ours[:, k], theirs[:, k]
+            at = s * u
+            at += t * v
+            at += corner + STAND_OFF * normal
+            origins[..., k] = at
+            to = p * along
+            to += q * across
+            to += other
+            to -= at
+            reach[..., k] = to
+            ahead += to * normal
+            back -= to * facing
+            to *= to
+            distance2 += to
+        worth = np.maximum(ahead, 0, out=ahead) * np.maximum(back, 0, out=back)
+        worth /= distance2 * distance2
+        return worth, worth * self._free(origins, reach, distance2)
 
     def off(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Points (k, 3) lifted off their surface so that rays may start there."""
         return points + STAND_OFF * self.mesh.scale * normals
+
+
+def _fold(triangular: np.ndarray, s: np.ndarray, t: np.ndarray) -> None:
+    """Turn points of the unit square (k, rays) on triangles back into them."""
+    rows = np.flatnonzero(triangular)
+    if len(rows):
+        one, other = s[rows], t[rows]
+        past = one + other > 1
+        s[rows], t[rows] = np.where(past, 1 - one, one), np.where(past, 1 - other, other)
 
 
 def _embree(triangles: np.ndarray) -> tuple[EmbreeScene, TriangleMesh] | None:
