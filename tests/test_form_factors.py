@@ -6,7 +6,7 @@ from exact import FORM_FACTORS, parallel_rectangles, perpendicular_rectangles, p
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from renderer.transport.contour import exchange_areas, point_factors, polygon_factors
+from renderer.transport.contour import HORIZON, exchange_areas, point_factors, polygon_factors
 from renderer.transport.form_factors import contour_exchange
 from renderer.transport.hemisphere import cast, count
 from renderer.transport.mesh import build_mesh
@@ -164,3 +164,24 @@ def test_a_thin_partition_hides_all_that_is_behind_it(room):
     a = visibility.off(mesh.centroid[i], mesh.normal[i])
     b = visibility.off(mesh.centroid[j], mesh.normal[j])
     assert not visibility.clear(a, b).any()
+
+
+@pytest.mark.parametrize("solid", ["sphere", "cylinder", "box"])
+def test_factors_to_all_patches_are_those_to_each_alone(room, solid):
+    # Also seen from a place on a vertex, on an edge and in the plane of what stands there.
+    objects = [{"shape": solid, "position": [1.0, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}]
+    mesh = mesh_of(room(objects=objects, luminaires=()), 0.6)
+    points = np.concatenate([mesh.centroid, mesh.vertices, (mesh.corners[:, 0] + mesh.corners[:, 1]) / 2])
+    normals = np.tile([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -1.0, 0.0]], (len(points), 1))[:len(points)]
+    all_at_once = point_factors(points, normals, mesh)
+    n = len(mesh.patches)
+    for point, normal, found in zip(points, normals, all_at_once, strict=True):
+        alone = polygon_factors(np.tile(point, (n, 1)), np.tile(normal, (n, 1)), mesh.corners)
+        # A patch that the point itself lies in has no one factor: half of the sky, or none of it.
+        s, t = mesh.inside(np.arange(n), point)
+        height = np.abs(np.einsum("ki,ki->k", point - mesh.corners[:, 0], mesh.normal))
+        edge = 1e-6
+        on = (height < HORIZON * mesh.scale) & (s > -edge) & (t > -edge) & np.where(
+            mesh.triangular, s + t < 1 + edge, (s < 1 + edge) & (t < 1 + edge))
+        # Four angles in single precision, each to some 2^-23 of a quarter turn at most, over 2π.
+        assert np.abs(found - alone)[~on].max() < 4 * 2**-23

@@ -145,6 +145,7 @@ def test_pieces_seen_in_part_say_what_smaller_ones_do(room, monkeypatch):
         if fine:
             for name in ("COARSEST", "LARGEST"):
                 monkeypatch.setattr(photometer, name, photometer.LARGEST / 25)
+            solution.transport.meters.clear()  # the one that is kept is of the larger pieces
         meter = make_meter(solution.transport, np.array([2.0, 2.0, 0.0]), np.array([0.0, 0.0, 1.0]), "meter")
         read.append([solution.read_lx(meter, part).sum() for part in range(solution.transport.parts)])
     off, fine = np.array(read)
@@ -177,3 +178,16 @@ def test_a_meter_in_a_penumbra_reads_what_the_open_part_of_the_lamp_gives(room):
         assert reading.direct_lx == pytest.approx(lit[-1], abs=2 * reading.sampling_error + lifted)
         assert reading.sampling_error < 5e-4 * max(lit)  # 0.003 by a first thousand rays alone
     assert min(lit) < 0.01 * max(lit)
+
+
+def test_a_second_paint_is_read_as_it_would_be_alone_and_casts_no_ray(room):
+    box = {"shape": "box", "position": [2.5, 2.5, 0.0], "size": [0.5, 0.5, 1.0]}
+    rooms, meters = Rooms(), [{"name": "m", "position": [1.0, 1.0, 0.0], "normal": [0, 0, 1]}]
+    first, second = (room(rho, objects=[box], photometers=meters) for rho in (0.2, 0.6))
+    renderer.solve(first, "rgb", 0.05, rooms=rooms).photometers()
+    cast = [each.rays for each in rooms.kept.values()]
+    after = renderer.solve(second, "rgb", 0.05, rooms=rooms)
+    (kept,), (alone,) = after.photometers(), renderer.solve(second, "rgb", 0.05).photometers()
+    assert [each.rays for each in rooms.kept.values()] == cast
+    assert kept.total_lx == alone.total_lx
+    assert kept.uncertainty == alone.uncertainty

@@ -35,6 +35,10 @@ part, as many times more as elements are larger: their errors average out over t
 where only an error bar hangs on them."""
 
 
+KEPT = 200_000
+"""Patches of a mesh times meters that are kept for the next room of its shape: some 100 MB."""
+
+
 @dataclass(frozen=True)
 class Spot:
     """A meter's place: for exact factors a hair off what it touches, for rays by their tolerance.
@@ -128,10 +132,23 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     own : the same on the mesh that is read, where this one on another mesh tells its error: light straight
         from the luminaires is the same, and fewer rays do
     """
+    own = own if own is not None and len(own.direct) == transport.parts else None
+    key = (*position, *normal, own is None)
+    if key in transport.meters:
+        kept = transport.meters[key]
+        return kept if own is None else Meter(own.direct, kept.sensors)
     spot = place(transport, position, normal, where)
-    parts = transport.parts
-    own = own if own is not None and len(own.direct) == parts else None
     rays = max(1, _element_rays(transport) // (1 if own is None else FEWER))
+    sensors = _sensors(transport, spot, rays)
+    meter = Meter(_direct(transport, spot) if own is None else own.direct, sensors)
+    if (len(transport.meters) + 1) * len(transport.mesh.patches) <= KEPT:
+        transport.meters[key] = meter
+    return meter
+
+
+def _sensors(transport: Transport, spot: Spot, rays: int) -> tuple[Sensor, ...]:
+    """What each surface sends to a meter, in independent samples. rays : in each to what is seen in part"""
+    parts = transport.parts
     patch, corners, factor, whole = _elements(transport, spot)
     triangular = transport.mesh.triangular[patch]
     st = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
@@ -146,9 +163,8 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     light = transport.direct_parts[:, patch]
     divided = np.flatnonzero(~whole)
     light[:, divided] = direct_on(transport, patch[divided], *st[divided].T, 0, rays, parts, corners[divided])
-    sensors = sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *st.T, factors,
-                    light, conserving=True)
-    return Meter(_direct(transport, spot) if own is None else own.direct, tuple(sensors))
+    return tuple(sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *st.T, factors,
+                       light, conserving=True))
 
 
 def _direct(transport: Transport, spot: Spot) -> np.ndarray:
@@ -181,7 +197,7 @@ def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarr
         clear = visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
         worth = exchanged(spot.position, spot.normal, targets, mesh.normal[patch[part], None])
         past = worth * clear
-        total, through = (x.reshape(-1, transport.parts, rays).sum(axis=2).T for x in (worth, past))
+        total, through = (np.einsum("kpr->pk", x.reshape(-1, transport.parts, rays)) for x in (worth, past))
         share[:, part] = np.where(total > 0, through / np.where(total > 0, total, 1.0), 0.0)
         some = np.flatnonzero(past.any(axis=1) & ~clear.all(axis=1))
         past = past[some] / past[some].sum(axis=1)[:, None]

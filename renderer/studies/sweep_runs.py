@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
@@ -161,7 +162,8 @@ def _on_cores(batches: list[Batch]) -> Iterator[list]:
     while left:
         pool = ProcessPoolExecutor(workers, get_context("spawn"), _heed_parent)
         try:
-            running = {pool.submit(batch.run): number for number, batch in left.items()}
+            with _each_on(max(1, (os.cpu_count() or 1) // workers)):
+                running = {pool.submit(batch.run): number for number, batch in left.items()}
             for future in as_completed(running):
                 results = future.result()
                 del left[running[future]]
@@ -176,6 +178,23 @@ def _on_cores(batches: list[Batch]) -> Iterator[list]:
             for worker in active_children() if left else ():
                 worker.terminate()
             pool.shutdown(wait=not left, cancel_futures=True)
+
+
+@contextmanager
+def _each_on(cores: int) -> Iterator[None]:
+    """Processes begun meanwhile work on so many cores each, and so does their BLAS: it reads that as it is
+    imported, before any function of ours could tell it."""
+    ours = dict.fromkeys(("RENDERER_CORES", "OPENBLAS_NUM_THREADS"), str(cores))
+    before = {name: os.environ.get(name) for name in ours}
+    os.environ.update(ours)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _heed_parent() -> None:

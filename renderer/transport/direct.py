@@ -75,7 +75,7 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
             targets, stands = aimed(luminaire, origins, square[part.start - start:part.stop - start])
             weight = stands * _worth(origins, normals[part, None], luminaire, targets)
             past = weight * visibility.clear(origins, targets)
-            past, total = (w.reshape(-1, parts, rays).sum(axis=2).T for w in (past, weight))
+            past, total = (np.einsum("kpr->pk", w.reshape(-1, parts, rays)) for w in (past, weight))
             share[:, part] = past / np.where(total > 0, total, 1.0)
 
     in_threads(work, len(points), max(1, CHUNK // (rays * parts)))
@@ -265,7 +265,7 @@ def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, visibility: Visibil
     asked = np.flatnonzero(maybe & (factors > 0))
     past[asked] *= visible_share(visibility.off(points[asked], normals[asked]), normals[asked], lum,
                                  visibility, PATCH_RAYS, (*seed, 0), 1)[0]
-    past, total = (x.reshape(-1, parts, on_each).sum(axis=2).T for x in (past, factors))
+    past, total = (np.einsum("kpr->pk", x.reshape(-1, parts, on_each)) for x in (past, factors))
     share[:, some] = past / np.where(total > 0, total, 1.0)
     return share
 

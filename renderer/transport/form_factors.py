@@ -92,7 +92,7 @@ def look_across(mesh: Mesh, visibility: Visibility, rays: int, seed: tuple[int, 
 
     def look(start: int, stop: int) -> None:
         worth, past = visibility.between(*pairs[:, start:stop], nets.coordinates(start, stop))
-        total, through = (each.reshape(-1, 2, half) @ np.ones(half, each.dtype) for each in (worth, past))
+        total, through = (np.einsum("khr->kh", each.reshape(-1, 2, half)) for each in (worth, past))
         seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), LEAST)
         through /= np.maximum(total, LEAST)
         apart[start:stop] = (through[:, 0] - through[:, 1]) / 2

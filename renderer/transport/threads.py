@@ -7,13 +7,14 @@ from functools import cache
 
 CHUNK = 1 << 16
 """Rays or pairs in one slice of work."""
+CORES = int(os.environ.get("RENDERER_CORES", os.cpu_count() or 1))
+"""That one process works on: fewer where several share the machine, as the workers of a sweep."""
 
 
 @cache
 def _helpers() -> ThreadPoolExecutor | None:
     """A thread for each further core; None where there is none."""
-    further = (os.cpu_count() or 1) - 1
-    return ThreadPoolExecutor(further) if further else None
+    return ThreadPoolExecutor(CORES - 1) if CORES > 1 else None
 
 
 if hasattr(os, "register_at_fork"):
@@ -37,7 +38,7 @@ def in_threads(work, n: int, chunk: int = CHUNK) -> None:
                 pass
             raise
 
-    helpers, more = _helpers(), min(-(-n // chunk), os.cpu_count() or 1) - 1
+    helpers, more = _helpers(), min(-(-n // chunk), CORES) - 1
     asked = [helpers.submit(go) for _ in range(more)] if helpers else []
     try:
         go()

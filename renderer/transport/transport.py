@@ -58,6 +58,7 @@ class Transport:
     remember : called with a name and what makes its arrays; returns those, made or kept
     elsewhere : casts the rays of a large mesh on other machines; None for here
     across : whether rays may go between doubtful pairs alone, where those need no more
+    meters : placed in it so far, by place, for the next room of this shape
     """
 
     room: Room
@@ -71,6 +72,7 @@ class Transport:
     elsewhere: Rows | None = None
     across: bool = True
     seconds: float = field(default=0.0)
+    meters: dict = field(default_factory=dict, repr=False)
 
     @cached_property
     def hits(self) -> np.ndarray:
