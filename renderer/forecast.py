@@ -23,9 +23,9 @@ from renderer.transport.patches import Mesh
 from renderer.transport.sampling import REPLICAS
 from renderer.transport.visibility import Visibility
 
-TRIED_RAYS, TRIED_POINTS = 1 << 15, 32
+TRIED_RAYS, TRIED_POINTS = 1 << 15, 512
 """Rays cast and points seen from, in the scene itself, to learn what one costs here and now."""
-OF_A_RAY, OF_A_PAIR = 3.5, 0.9
+OF_A_RAY, OF_A_PAIR = 3.5, 2.0
 """What a ray and a pair of patches cost with all that is done with them, over the cast or factor alone."""
 OF_A_DOUBT, MATRICES = 60.0, 3
 """Bytes of a doubtful pair while it is looked at; operators held at once while one is made of exact factors

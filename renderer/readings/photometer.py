@@ -29,14 +29,14 @@ READING_RAYS, MOST_RAYS, ENOUGH = 1 << 10, 1 << 14, 5e-4
 many, until so small a share of what comes straight from them is uncertain."""
 AT_ONCE = 1 << 14
 """Rays from the meter to elements worked on at once: what stays in the cache."""
-ELEMENT_RAYS, FEWER = 2, 4
+ELEMENT_RAYS, FEWER = 4, 4
 """Rays from the meter to each element, and shadow rays from there to each luminaire, in each independent
 part, as many times more as elements are larger: their errors average out over thousands. So many times fewer
 where only an error bar hangs on them."""
 
 
-KEPT = 200_000
-"""Patches of a mesh times meters that are kept for the next room of its shape: some 100 MB."""
+KEPT = 50_000
+"""Patches of a mesh times meters that are kept for the next room of its shape: some 30 MB."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
         kept = transport.meters[key]
         return kept if own is None else Meter(own.direct, kept.sensors)
     spot = place(transport, position, normal, where)
-    rays = max(1, _element_rays(transport) // (1 if own is None else FEWER))
+    rays = _element_rays(transport) // (1 if own is None else FEWER)
     sensors = _sensors(transport, spot, rays)
     meter = Meter(_direct(transport, spot) if own is None else own.direct, sensors)
     if (len(transport.meters) + 1) * len(transport.mesh.patches) <= KEPT:
