@@ -3,7 +3,9 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
+from threading import Lock
 
 import numpy as np
 
@@ -48,18 +50,23 @@ class Rooms:
     cache: Cache | None = None
     kept: dict = field(default_factory=dict)
     elsewhere: Rows | None = None
+    _changing: Lock = field(default_factory=Lock, repr=False)
 
     def transport(self, scene: Scene, plan: Plan, seed: int,
                   progress: Progress = lambda step: None) -> Transport:
         """The transport of that scene's geometry, computed once."""
         key = (scene.geometry_key, plan.patch_size, plan.rays, seed, plan.across)
-        if key not in self.kept:
-            while sum(each.factors for each in self.kept.values()) > KEPT:
+        with self._changing:
+            found = self.kept.get(key)
+            while found is None and sum(each.factors for each in self.kept.values()) > KEPT:
                 del self.kept[next(iter(self.kept))]
+        if found is None:
             progress(f"{scene.title}: form factors; {'; '.join(plan.reasons)}")
-            self.kept[key] = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key),
-                                               self.elsewhere, plan.across)
-        return self.kept[key]
+            found = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key),
+                                      self.elsewhere, plan.across)
+            with self._changing:
+                self.kept[key] = found
+        return found
 
     def _remember(self, key: tuple):
         if self.cache is None:
@@ -272,14 +279,12 @@ class Solution:
                 self.scene, rgb, self.plan, self.rooms, self.transport, FOR_BARS)
             return fine, fine.by_parts() if self.transport.parts > 1 else []
 
-        def on_coarser(plan: Plan) -> Callable[[], Solution]:
-            return lambda: self._on_another(plan)
-
         # Like with like: factors of middles and of whole patches err apart, and might err together by chance.
         like = replace(self.plan, across=self.transport.sight is not None or not self.plan.rays)
         patches = len(self.transport.mesh.patches)
         times = max(2.0, float(np.sqrt(patches / MANY)))
-        (fine, samples), *others = together(on_this, *(on_coarser(like.times(k * times)) for k in (1, 2)))
+        coarser = [partial(self._on_another, like.times(k * times)) for k in (1, 2)]
+        (fine, samples), *others = together(on_this, *coarser)
         meshes = [fine]
         for each in others:
             if each.transport.mesh.size < COARSER * meshes[-1].transport.mesh.size:
