@@ -275,3 +275,15 @@ def test_a_mesh_is_held_against_one_of_its_own_kind(room, monkeypatch, most, acr
     assert len(other.mesh.patches) <= 200 < len(solution.transport.mesh.patches)
     assert (solution.transport.sight is not None) is across
     assert (other.sight is not None) is across
+
+
+@pytest.mark.parametrize("low", [-0.4, 0.0])
+def test_a_place_outside_the_room_sees_nothing_in_it(room, low):
+    # A crate through a wall has patches half outside; where all is inside, walls are no obstacle at all.
+    crate = {"shape": "box", "position": [low, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
+    mesh = mesh_of(room(objects=[crate]), 0.5)
+    visibility = Visibility(mesh)
+    assert (len(mesh.blockers) > 12) == (low < 0)
+    inside, outside = np.array([[2.0, 2.0, 2.0]]), np.array([[-0.2, 2.0, 1.001]])
+    assert visibility.clear(inside, np.array([[0.5, 2.0, 1.001]])).all()
+    assert low == 0 or not visibility.clear(inside, outside).any()

@@ -10,6 +10,7 @@ from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle
 from renderer.scene.luminaires import Luminaire
 from renderer.scene.reading import Scene
+from renderer.scene.rooms import Room
 from renderer.transport.contacts import Faces, Outlines, covered_by_contact, cut, graded, standing
 from renderer.transport.mounting import COPLANAR, Mounting, mounting
 from renderer.transport.patches import Mesh
@@ -88,16 +89,26 @@ def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
 
 
 def _blockers(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
-    """Triangles (k, 3, 3) [m] of all that can stand between two places in a room: not its walls, where it is
-    convex."""
+    """Triangles (k, 3, 3) [m] of all that can stand between two places: no wall of a convex room, unless
+    a solid reaches out through them."""
     found = [solid.parts.shell for solid in scene.solids]
     for lum in sheets:
         fan = np.arange(1, len(lum.outline) - 1)[:, None] + [0, 0, 1]
         fan[:, 0] = 0
         found.append(lum.outline[fan])
-    if not scene.room.convex:
+    if not scene.room.convex or any(_reaches_out(scene.room, solid.mesh.bounds) for solid in scene.solids):
         found.append(scene.room.shell)
     return np.concatenate(found) if found else np.zeros((0, 3, 3))
+
+
+def _reaches_out(room: Room, bounds: np.ndarray) -> bool:
+    """Whether a box, its lowest and highest corner (2, 3) [m], reaches behind a face of a convex room."""
+    corners = bounds[np.array(list(np.ndindex(2, 2, 2))), np.arange(3)]
+    start, one, other = room.shell.transpose(1, 0, 2)
+    normals = np.cross(one - start, other - start)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    heights = np.einsum("cki,ki->ck", corners[:, None] - start, normals)
+    return bool(heights.min() < -COPLANAR * room.scale)
 
 
 class _Builder:
