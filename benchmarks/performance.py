@@ -24,8 +24,9 @@ import numpy as np
 from renderer.pictures.camera import look
 from renderer.plan import Plan
 from renderer.readings.photometer import make_meter
+from renderer.rooms import Rooms
 from renderer.scene.reading import packaged_scenes
-from renderer.solution import Rooms, solve, solve_on
+from renderer.solution import solve, solve_on
 from renderer.transport.form_factors import contour_exchange, look_across
 from renderer.transport.hemisphere import cast, count
 from renderer.transport.mesh import build_mesh

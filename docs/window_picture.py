@@ -10,8 +10,8 @@ from pathlib import Path
 
 from PIL import Image
 
+from renderer.rooms import Rooms
 from renderer.scene.reading import load
-from renderer.solution import Rooms
 from renderer.studies.viewing import make_window
 
 DOCS = Path(__file__).parent

@@ -3,9 +3,11 @@
 from collections.abc import Callable
 
 from renderer.plan import Plan
+from renderer.readings.reading import Reading
 from renderer.readings.uncertainty import Figure
+from renderer.rooms import Progress, Rooms
 from renderer.scene.reading import Scene
-from renderer.solution import Progress, Reading, Rooms, Solution, solve
+from renderer.solution import Solution, solve
 
 ROUNDS = 2
 """How often a room is solved again: each time with up to four times the patches and rays."""

@@ -8,11 +8,12 @@ import numpy as np
 
 from renderer.accuracy import ROUNDS, finer
 from renderer.colour.bands import narrow_bands
+from renderer.light import distinct_bands
 from renderer.pilot import Pilot, Size, fly, size_of
 from renderer.plan import Plan, make_plan
 from renderer.readings.uncertainty import Figure
+from renderer.rooms import KEPT
 from renderer.scene.reading import Scene
-from renderer.solution import KEPT, distinct_bands
 from renderer.transport.contour import point_factors
 from renderer.transport.exchange import better_dense
 from renderer.transport.form_factors import between, rays_in_half

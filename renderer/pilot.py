@@ -12,8 +12,9 @@ from renderer.plan import Plan
 from renderer.readings.grid import readable
 from renderer.readings.photometer import largest
 from renderer.readings.uncertainty import Figure
+from renderer.rooms import Rooms
 from renderer.scene.reading import Scene
-from renderer.solution import Rooms, Solution, solve
+from renderer.solution import Solution, solve
 from renderer.survey import read_points
 from renderer.transport.form_factors import MOST_PATCHES, between
 from renderer.transport.patches import Mesh

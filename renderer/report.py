@@ -9,9 +9,10 @@ from renderer.readings.alpha_opic import RECEPTORS, alpha_opic, daylight_ratio, 
 from renderer.readings.colorimetry import COLOUR, FARTHEST, chromaticity, colour_of, colour_temperature
 from renderer.readings.glare import Glare
 from renderer.readings.grid import GridReading
+from renderer.readings.reading import Reading
 from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import Scene
-from renderer.solution import Reading, Solution
+from renderer.solution import Solution
 
 
 @dataclass(frozen=True)

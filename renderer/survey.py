@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from renderer.family import placed
 from renderer.readings.glare import Glare, rate
 from renderer.readings.grid import GridReading, readable, summarise
 from renderer.readings.luminance import luminance_meter
 from renderer.readings.uncertainty import Figure, band_error, half_widths
 from renderer.scene.grids import Grid
-from renderer.solution import Solution, placed
+from renderer.solution import Solution
 from renderer.transport.threads import in_threads
 
 

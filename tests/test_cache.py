@@ -13,7 +13,8 @@ from renderer import cache
 from renderer.cache import Cache
 from renderer.errors import CacheWarning
 from renderer.plan import make_plan
-from renderer.solution import Rooms, solve
+from renderer.rooms import Rooms
+from renderer.solution import solve
 from renderer.transport import transport
 
 CRATE = {"shape": "box", "name": "crate", "position": [0.5, 0.5, 0.0], "size": [1.0, 1.0, 1.0]}

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from renderer.errors import InputError, SolveError
-from renderer.solution import Rooms, solve
+from renderer.rooms import Rooms
+from renderer.solution import solve
 from renderer.studies import cluster as module
 from renderer.studies.cluster import as_done, connected, rows_on
 from renderer.transport import form_factors, hemisphere

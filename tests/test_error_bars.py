@@ -11,9 +11,10 @@ from traced import traced_lux
 
 import renderer
 from renderer.accuracy import solve_and_read
+from renderer.family import COARSER
 from renderer.plan import MAX_PATCHES_DENSE, MAX_RAYS, Plan, make_plan
 from renderer.readings.uncertainty import ORDER, half_widths
-from renderer.solution import COARSER, Rooms
+from renderer.rooms import Rooms
 from renderer.survey import surface_luminances
 
 UP = [0, 0, 1]
@@ -157,7 +158,7 @@ def test_rooms_past_what_memory_holds_are_let_go_oldest_first(room, monkeypatch)
     rooms, scene = Rooms(), room()
     first, second, third = (Plan(size, 0, ()) for size in (1.0, 0.8, 0.6))
     small = rooms.transport(scene, first, 0)
-    monkeypatch.setattr("renderer.solution.KEPT", small.factors)
+    monkeypatch.setattr("renderer.rooms.KEPT", small.factors)
     rooms.transport(scene, second, 0)
     assert rooms.transport(scene, first, 0) is small
     rooms.transport(scene, third, 0)

@@ -9,8 +9,8 @@ import renderer
 from renderer.readings.glare import rate
 from renderer.readings.photometer import make_meter
 from renderer.readings.uncertainty import Figure
+from renderer.rooms import Rooms
 from renderer.scene.reading import packaged_scenes
-from renderer.solution import Rooms
 
 COARSE = 0.3
 ABOVE = 1.5

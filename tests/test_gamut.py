@@ -14,7 +14,7 @@ from renderer.colour.materials import Material
 from renderer.colour.munsell import munsell_chip
 from renderer.colour.tables import munsell_chips
 from renderer.colour.upsampling import cube, mallett_2019, munsell_eigen
-from renderer.solution import Rooms
+from renderer.rooms import Rooms
 from renderer.studies.gamut import (
     CEILING,
     MODELS,

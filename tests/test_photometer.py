@@ -9,7 +9,7 @@ from exact import point_to_parallel
 import renderer
 from renderer.readings import photometer
 from renderer.readings.photometer import _elements, make_meter, place
-from renderer.solution import Rooms
+from renderer.rooms import Rooms
 from renderer.transport.contour import polygon_factors
 from renderer.transport.visibility import STAND_OFF
 

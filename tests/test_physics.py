@@ -7,7 +7,7 @@ from conftest import PANEL
 from exact import above_middle
 
 import renderer
-from renderer.solution import Rooms
+from renderer.rooms import Rooms
 
 LAMP = {"shape": "point", "center": [1.3, 2.2, 1.7], "flux": 1000.0}
 BOX = {"shape": "box", "position": [0.5, 1.0, 0.0], "size": [1.2, 0.7, 1.5]}

@@ -20,9 +20,9 @@ from renderer.pictures.report.files import scene_files
 from renderer.pictures.report.pack import CURVES, ERROR, SPAN, Pack
 from renderer.pictures.report.viewpoint import looks
 from renderer.readings.photometer import make_meter
+from renderer.rooms import Rooms
 from renderer.scene.model import CameraTable
 from renderer.scene.reading import load
-from renderer.solution import Rooms
 from renderer.studies import reporting
 from renderer.studies.reporting import LARGEST, save, solve_rooms
 from renderer.transport.field import direct_on, seen_from

@@ -14,8 +14,8 @@ from PIL import Image
 from renderer.cli.rooms import DECK
 from renderer.pictures.camera import look
 from renderer.pictures.image import exposure, tone_map, white_balance
+from renderer.rooms import Rooms
 from renderer.scene.reading import load
-from renderer.solution import Rooms
 from renderer.studies.reporting import save, solve_rooms
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import renderer
+from renderer.light import distinct_bands
 from renderer.readings.photometer import make_meter
-from renderer.solution import distinct_bands
 from renderer.transport.exchange import Exchange
 from renderer.transport.solve import TOLERANCE, radiosity
 

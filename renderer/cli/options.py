@@ -69,7 +69,7 @@ class Solving:
     def rooms(self):
         """Where form factors come from: computed, perhaps on a cluster, or kept. Raises InputError."""
         from renderer.cache import user_cache
-        from renderer.solution import Rooms
+        from renderer.rooms import Rooms
         from renderer.studies.cluster import rows_on
 
         elsewhere = rows_on(self.scheduler) if self.scheduler is not None else None

@@ -8,7 +8,7 @@ import numpy as np
 
 from renderer.files import whole_file
 from renderer.pictures.pseudocolour import draw_legend
-from renderer.solution import Reading
+from renderer.readings.reading import Reading
 
 ROWS = ("(a) reflectance", "(b) direct light", "(c) direct light:\nluminance",
         "(d) with inter-\nreflection", "(e) with inter-\nreflection:\nluminance")

@@ -19,9 +19,11 @@ from renderer.pictures.image import exposure, outlined, save_png, tone_map, whit
 from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
 from renderer.pictures.sheet import Column, save_sheet
 from renderer.pictures.three_d import patches, save_view, save_vtp
+from renderer.readings.reading import Reading
 from renderer.report import solution_record
+from renderer.rooms import Progress, Rooms
 from renderer.scene.reading import Scene
-from renderer.solution import Progress, Reading, Rooms, Solution
+from renderer.solution import Solution
 
 CSV_COLUMNS = ("room", "bands", "photometer", "direct_lx", "indirect_lx", "total_lx",
                "ratio_to_first_room")

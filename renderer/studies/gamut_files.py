@@ -17,7 +17,7 @@ from renderer.pictures.gamut_charts import (
     save_slices,
 )
 from renderer.pictures.gamut_summary import save_named, save_shares
-from renderer.solution import Progress
+from renderer.rooms import Progress
 from renderer.studies.gamut import CEILING, MODELS, NAMED, TOLERANCES, Gamut, Spectra, classify, ratio
 from renderer.studies.gamut_tables import named_at, named_ratios, shares
 

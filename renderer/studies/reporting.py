@@ -8,8 +8,9 @@ from renderer.accuracy import solve_and_read
 from renderer.pictures.report.page import Room, save_report
 from renderer.pictures.report.viewpoint import looks
 from renderer.report import solution_record
+from renderer.rooms import Progress, Rooms
 from renderer.scene.reading import Scene
-from renderer.solution import Progress, Rooms, solve_on
+from renderer.solution import solve_on
 
 LARGEST = 10_000_000
 """Bytes of a report: what a mail can carry."""

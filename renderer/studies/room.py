@@ -8,10 +8,12 @@ import numpy as np
 
 from renderer.colour.bands import COMPARED
 from renderer.errors import InputError
+from renderer.light import distinct_bands
 from renderer.plan import make_plan
 from renderer.readings.photometer import make_meter
+from renderer.rooms import Progress, Rooms
 from renderer.scene.reading import Scene
-from renderer.solution import Progress, Rooms, Solution, distinct_bands
+from renderer.solution import Solution
 from renderer.studies.gamut import Place
 from renderer.transport.solve import radiosity
 

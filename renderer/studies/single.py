@@ -10,7 +10,8 @@ from renderer.pictures.exr import save_luminance, save_spectral
 from renderer.pictures.image import exposure, save_png, tone_map, white_balance
 from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
 from renderer.pictures.three_d import patches, save_vtp
-from renderer.solution import Progress, Solution
+from renderer.rooms import Progress
+from renderer.solution import Solution
 
 
 def _seen(solution: Solution, progress: Progress):

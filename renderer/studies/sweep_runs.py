@@ -19,7 +19,7 @@ from renderer.colour.tables import cie_1931
 from renderer.errors import InputError, SolveError
 from renderer.files import whole_file
 from renderer.readings.alpha_opic import equivalent_daylight
-from renderer.solution import Progress, Rooms
+from renderer.rooms import Progress, Rooms
 from renderer.studies.cluster import as_done, connected
 from renderer.studies.sweep import Base, Case, Study, contents, identity, scene_of
 

@@ -10,8 +10,9 @@ from renderer.colour.bands import BAND_SETS, narrow_bands
 from renderer.errors import InputError
 from renderer.plan import Plan, make_plan
 from renderer.readings.photometer import make_meter
+from renderer.rooms import Progress, Rooms
 from renderer.scene.reading import Scene
-from renderer.solution import Progress, Rooms, solve_on
+from renderer.solution import solve_on
 from renderer.transport.transport import Transport, compute_transport, refuse_hidden
 
 LONGER = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0)

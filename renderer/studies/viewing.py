@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from renderer.pictures.window.window import Window, shown
+from renderer.rooms import Progress, Rooms
 from renderer.scene.reading import Scene
-from renderer.solution import Progress, Rooms, solve, solve_on
+from renderer.solution import solve, solve_on
 
 
 def make_window(scene: Scene, bands: str | None, accuracy: float | None, seed: int | None, rooms: Rooms,

@@ -27,7 +27,8 @@ from renderer.pictures.report.data import (
 from renderer.pictures.report.files import scene_files
 from renderer.pictures.report.pack import CURVES, ERROR, Pack
 from renderer.pictures.report.tables import files_list, plan_table, readings_table
-from renderer.solution import Reading, Solution
+from renderer.readings.reading import Reading
+from renderer.solution import Solution
 
 HERE = Path(__file__).parent
 SCRIPTS = ("decode", "light", "colour", "readings", "pictures", "pins", "space", "page")

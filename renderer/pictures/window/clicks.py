@@ -7,7 +7,8 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.pictures.sheet import BAND_TITLES
 from renderer.pictures.window.light import first_front, lamp_of
-from renderer.solution import Reading, Solution
+from renderer.readings.reading import Reading
+from renderer.solution import Solution
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,8 @@ from renderer.pictures.window.clicks import Click, band_title, place_at, said
 from renderer.pictures.window.display import refuse_unseen
 from renderer.pictures.window.light import Skin, first_front, light_on, skin
 from renderer.pictures.window.overlay import Overlay
-from renderer.solution import Progress, Solution
+from renderer.rooms import Progress
+from renderer.solution import Solution
 
 SIZE = (1200, 800)
 PIXELS = 160 * 120

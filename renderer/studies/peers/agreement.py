@@ -10,8 +10,9 @@ from pathlib import Path
 
 from renderer.colour.materials import Material
 from renderer.files import whole_file
+from renderer.rooms import Progress, Rooms
 from renderer.scene.reading import Scene, load
-from renderer.solution import Progress, Rooms, solve
+from renderer.solution import solve
 from renderer.studies.peers import mitsuba3, radiance
 from renderer.studies.peers.handover import CannotRun, Value
 

@@ -20,8 +20,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from renderer.rooms import Progress
 from renderer.scene.reading import Scene
-from renderer.solution import Progress
 from renderer.studies.peers.handover import (
     LONGEST,
     PRECISION,

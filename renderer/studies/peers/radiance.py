@@ -17,8 +17,8 @@ from subprocess import CalledProcessError
 
 import numpy as np
 
+from renderer.rooms import Progress
 from renderer.scene.reading import Scene
-from renderer.solution import Progress
 from renderer.studies.peers.handover import (
     LONGEST,
     PRECISION,

@@ -14,8 +14,10 @@ from renderer.colour.bands import band_set
 from renderer.errors import InputError, SolveError
 from renderer.plan import Plan
 from renderer.readings.photometer import make_meter
+from renderer.readings.reading import Reading
+from renderer.rooms import Rooms
 from renderer.scene.reading import Scene
-from renderer.solution import Reading, Rooms, Solution, solve, solve_on
+from renderer.solution import Solution, solve, solve_on
 from renderer.studies.validation.cases import PANEL, Case, box_room, meter, solid
 from renderer.studies.validation.photometry import BALANCE_AIM, POINT, UP
 from renderer.transport.transport import compute_transport

@@ -7,7 +7,8 @@ import numpy as np
 import trimesh
 
 from renderer.readings.photometer import make_meter
-from renderer.solution import Rooms, Solution, solve
+from renderer.rooms import Rooms
+from renderer.solution import Solution, solve
 from renderer.studies.validation.cases import PANEL, Case, box_room, solid
 from renderer.transport.contour import exchange_areas, polygon_factors
 from renderer.transport.solve import radiosity

@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 from renderer.files import whole_file
-from renderer.solution import Progress
+from renderer.rooms import Progress
 from renderer.studies.validation import colours, extremes, photometry
 from renderer.studies.validation.cases import Case, markdown
 
