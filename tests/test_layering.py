@@ -55,8 +55,8 @@ def test_only_visibility_knows_embree():
 def test_single_precision_is_where_it_was_measured_harmless():
     # Embree's own, and what rays follow; Lambert's sum; factors of large meshes, and steps towards their
     # solution; a file format's.
-    known = {"transport.visibility", "transport.sampling", "transport.contour", "transport.exchange",
-             "transport.solve", "pictures.exr"}
+    known = {"transport.visibility", "transport.sampling", "transport.contour", "transport.lines",
+             "transport.exchange", "transport.solve", "pictures.exr"}
     assert known == {module(path) for path in FILES if "float32" in path.read_text()}
 
 

@@ -2,33 +2,36 @@
 
 From a point: Lambert's formula (Lambert 1760; Baum, Rushmeier and Winget 1989, eq. 8), the polygon
 clipped at the point's horizon. Between two polygons: the double contour integral of Stokes'
-theorem (Howell, Mengüç, Daun and Siegel, Thermal Radiation Heat Transfer, eq. 4.42), one of its
-integrals done in closed form, the other by Gauss' rule with nodes drawn to the ends, where the
-integrand of touching polygons is singular.
+theorem (Howell, Mengüç, Daun and Siegel, Thermal Radiation Heat Transfer, eq. 4.42), in closed form for
+edges that are parallel; for others one of its integrals, and the other by Gauss' rule with nodes drawn to
+the ends, where the integrand of touching polygons is singular.
 """
 
-from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
 
 import numpy as np
-from scipy import sparse
 
+from renderer.transport.lines import HORIZON
 from renderer.transport.patches import Mesh
 from renderer.transport.threads import in_threads
 
-HORIZON = 2e-9
-"""Heights above a point's tangent plane below this, relative to the room, count as in the plane."""
-GAUSS_NODES = 24
-"""Per edge, drawn to its ends; touching squares are then right to 1e-10, strips 100 times as long as wide
-to 1e-7."""
+PARALLEL = 1e-12
+"""Edges that turn from each other by less have their integral in closed form."""
+GAUSS_NODES = 48
+"""Of other edges, drawn to their ends: factors of triangles that touch are then right to 1e-6, of slivers to
+1e-4 (docs/decisions.md)."""
 APART = ((1.5, 6), (1.01, 12))
 """Polygons whose middles are so many times their two radii apart do with so few nodes, not drawn to the
 ends: 1e-5 of what they exchange at worst."""
-CELLS = 1 << 18
-"""Pairs of points and ends of edges worked on at once, in single precision: what stays in the cache."""
+PAIRS = 1 << 11
+"""Pairs of polygons worked on at once."""
+CELLS = 1 << 19
+"""Pairs of points and ends of edges worked on at once, in single precision."""
 NODES = 1 << 13
 """Nodes of double contour integrals, or corners of polygons, likewise; in double."""
-SAME_LINE = 10
-"""Decimals, in units of the room, that edges of one line share."""
+FEW = 4
+"""Points in one plane that are this part of those worked on at once are by themselves."""
 
 
 def frames(normals: np.ndarray) -> np.ndarray:
@@ -99,110 +102,56 @@ def _cut(reach: np.ndarray, height: np.ndarray, normal: np.ndarray) -> np.ndarra
     return total + _edge(out, back, normal)
 
 
-@dataclass(frozen=True)
-class Lines:
-    """The lines that a mesh's edges lie on, in units of the room and from its middle. An edge seen from a
-    point spans the angle between its ends on its line, so that neighbours along a line share an end.
-
-    direction : (n_lines, 3) unit; moment : (n_lines, 3) a place on it × direction
-    line, along : (n_ends,) of each vertex on a line, which one and how far along it, line by line
-    around : (n_patches, n_ends) what each end adds to each patch's factor, over the angle to it
-    """
-
-    direction: np.ndarray
-    moment: np.ndarray
-    line: np.ndarray
-    along: np.ndarray
-    around: sparse.csr_array
-
-
-def mesh_lines(mesh: Mesh) -> Lines:
-    """The lines of a mesh. Vertices in one place are one here: facets of a curved surface share their edges
-    too. The fourth edge of a triangle has no length and counts nothing."""
-    _, first, place = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
-    patches = first[place.ravel()][mesh.patches]
-    pairs = np.stack([patches, np.roll(patches, -1, axis=1)], axis=-1).reshape(-1, 2)
-    real = pairs[:, 0] != pairs[:, 1]
-    low, high = np.sort(pairs[real], axis=1).T.astype(np.int64)
-    keys, edge = np.unique(low * len(mesh.vertices) + high, return_inverse=True)
-    ends = np.stack(np.divmod(keys, len(mesh.vertices)))
-    places = (mesh.vertices - mesh.middle) / mesh.scale
-    start, stop = places[ends]
-    ahead = stop - start
-    ahead /= np.linalg.norm(ahead, axis=1)[:, None]
-    ahead *= np.sign(ahead[np.arange(len(ahead)), np.abs(ahead).argmax(axis=1)])[:, None]
-    foot = start - np.einsum("ki,ki->k", start, ahead)[:, None] * ahead
-    # Two numbers tell lines apart; where rounding makes two of one, they share no ends, and that is all.
-    tell = np.round(np.hstack([ahead, foot]) @ np.random.default_rng(0).normal(size=(6, 2)), SAME_LINE)
-    _, known, of_edge = np.unique(tell @ [1, 1j], return_index=True, return_inverse=True)
-    keys, end = np.unique(of_edge.ravel() * len(mesh.vertices) + ends, return_inverse=True)
-    line, vertex = np.divmod(keys, len(mesh.vertices))
-    direction, foot = ahead[known], foot[known]
-    along = np.einsum("ki,ki->k", places[vertex], direction[line])
-    from_, to = end.reshape(ends.shape)[:, edge.ravel()]
-    share = np.where(pairs[real, 0] < pairs[real, 1], 1.0, -1.0) / (-2 * np.pi)
-    patch = np.repeat(np.arange(len(patches)), 4)[real]
-    around = sparse.coo_array((np.concatenate([share, -share]).astype(np.float32),
-                               (np.tile(patch, 2), np.concatenate([to, from_]))), (len(patches), len(line)))
-    return Lines(direction, np.cross(foot, direction), line, along, around.tocsr())
-
-
 def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.ndarray:
     """Form factors from points to all patches (k, n_patches), occlusion left out; in single precision, each
     off by some 1e-7 at most and their sum by less than 1e-6, since what neighbours share cancels.
 
     points, normals : (k, 3) [m]. A point's own plane counts nothing.
     """
-    lines, n = mesh_lines(mesh), len(mesh.patches)
-    factors = np.empty((len(points), n), dtype=np.float32)
-    # Relative to the room, so that no square is too small for single precision.
-    vertices, places = ((each - mesh.middle) / mesh.scale for each in (mesh.vertices, points))
-    axes = normals / np.linalg.norm(normals, axis=1)[:, None]
-    chunk = max(1, CELLS // len(lines.line))
+    lines, n = mesh.lines, len(mesh.patches)
+    # By patch and then by point, as all that is worked on: whatever is gathered is a run of numbers.
+    factors = np.empty((n, len(points)), dtype=np.float32)
+    places, axes = mesh.in_room(points), normals / np.linalg.norm(normals, axis=1)[:, None]
+    vertices, heights = mesh.in_room(mesh.vertices), np.einsum("ij,ij->i", places, axes)
+    slices = _on_planes(axes, heights, max(1, CELLS // len(lines.along)))
 
-    def work(start: int, stop: int) -> None:
-        own, normal = places[start:stop], axes[start:stop]
-        # By vertex, line and patch, then by point: whatever is gathered is a run of numbers.
-        z = vertices @ normal.T - np.einsum("ij,ij->i", own, normal)
-        z *= np.abs(z) > HORIZON
-        total = lines.around @ _angles(lines, own, normal)
-        np.clip(total, 0.0, 1.0, out=total)
-        high = _any_corner(z > 0, mesh.patches)
-        total *= high
-        below = z < 0
-        if below.any():
-            patch, point = np.nonzero(_any_corner(below, mesh.patches) & high)
-            total[patch, point] = polygon_factors(points[start + point], normals[start + point],
-                                                  mesh.corners[patch])
-        factors[start:stop] = total.T
+    def work(first: int, last: int) -> None:
+        for start, stop, plane in slices[first:last]:
+            total = lines.around @ lines.angles(places[start:stop], axes[start:stop])
+            np.clip(total, 0.0, 1.0, out=total)
+            seen_by = slice(start, start + 1 if plane else stop)
+            z = vertices @ axes[seen_by].T - heights[seen_by]
+            z *= np.abs(z) > HORIZON
+            high, below = _any_corner(z > 0, mesh.patches), z < 0
+            if plane:
+                total[~high[:, 0]] = 0.0
+            else:
+                total *= high
+            if below.any():
+                cut = np.broadcast_to(_any_corner(below, mesh.patches) & high, total.shape)
+                patch, point = np.nonzero(cut)
+                total[patch, point] = polygon_factors(points[start + point], normals[start + point],
+                                                      mesh.corners[patch])
+            factors[:, start:stop] = total
 
-    in_threads(work, len(points), chunk)
-    return factors
+    in_threads(work, len(slices), 1)
+    return factors.T
 
 
-def _angles(lines: Lines, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """The angle from each line's nearest place to each end on it, seen from points (k, 3) of unit normals
-    (k, 3), times the cosine between the normal and that of the plane through point and line (n_ends, k).
-
-    That cosine is (r × d)·n / h, with r from the point to the line, d along it and h = |r × d| their
-    distance; nothing, where the point is on the line.
-    """
-    x, y, z = points.T
-    nought = np.zeros_like(x)
-    turns = np.array([[nought, -z, y], [z, nought, -x], [-y, x, nought]])  # p × d, by component of d
-    across = lines.moment.T[..., None] - np.einsum("abk,lb->alk", turns, lines.direction)
-    distance = np.sqrt(_dot(across, across))
-    apart = distance > HORIZON
-    distance[~apart] = 1.0
-    cosine = (_dot(across, normals.T[:, None]) * apart / distance).astype(np.float32)
-    nearness = (1 / distance).astype(np.float32)
-    ahead = (lines.direction @ points.T).take(lines.line, axis=0)
-    angle = np.subtract(lines.along[:, None], ahead, out=np.empty(ahead.shape, dtype=np.float32),
-                        casting="same_kind")
-    angle *= nearness.take(lines.line, axis=0)
-    np.arctan(angle, out=angle)
-    angle *= cosine.take(lines.line, axis=0)
-    return angle
+def _on_planes(normals: np.ndarray, heights: np.ndarray, most: int) -> list[tuple[int, int, bool]]:
+    """Points (k,) of these unit normals (k, 3), `heights` (k,) along them, in slices (start, stop, plane), at
+    the most so many at a time; and whether all of a slice lie in one plane and face alike."""
+    apart = np.maximum(np.abs(np.diff(normals, axis=0)).max(axis=1), np.abs(np.diff(heights)))
+    ends = np.concatenate([[0], np.flatnonzero(apart > HORIZON / 100) + 1, [len(heights)]])
+    slices = []
+    for start, stop in pairwise(ends):
+        plane = stop - start >= most // FEW
+        if slices and not plane and not slices[-1][2] and stop - slices[-1][0] <= most:
+            slices[-1] = slices[-1][0], stop, False
+        else:
+            pieces = np.linspace(start, stop, -(-(stop - start) // most) + 1).astype(int)
+            slices += [(a, b, plane) for a, b in pairwise(pieces)]
+    return slices
 
 
 def _any_corner(vertices: np.ndarray, patches: np.ndarray) -> np.ndarray:
@@ -228,66 +177,100 @@ def exchanged(places: np.ndarray, normals: np.ndarray, others: np.ndarray, their
 def exchange_areas(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """A_i F_ij of pairs of polygons (k,) [m²], touching ones included, occlusion left out.
 
-    a, b : (k, c, 3) and (k, d, 3) [m], the smaller first, on whose edges the nodes are. Neither may reach
-    behind the other.
+    a, b : (k, c, 3) and (k, d, 3) [m], the smaller first, on whose slanted edges the nodes are. Neither may
+    reach behind the other.
     """
     # By component, corner and then pair, so that whatever is worked on is a long run of numbers.
     a, b = np.ascontiguousarray(a.T), np.ascontiguousarray(b.T)
-    middles = [polygon.mean(axis=1) for polygon in (a, b)]
-    spans = [polygon - middle[:, None] for polygon, middle in zip((a, b), middles, strict=True)]
-    reach = sum(np.sqrt((span * span).sum(axis=0).max(axis=0)) for span in spans)
-    apart = np.sqrt(((middles[0] - middles[1]) ** 2).sum(axis=0))
-    left, areas = np.ones(len(apart), dtype=bool), np.zeros(len(apart))
-    for times, nodes in (*APART, (0.0, GAUSS_NODES)):
-        pairs = np.flatnonzero(left & (apart >= times * reach))
-        areas[pairs] = _contours(a[..., pairs], b[..., pairs], nodes, nodes == GAUSS_NODES)
-        left[pairs] = False
-    return areas
-
-
-def _contours(a: np.ndarray, b: np.ndarray, n_nodes: int, drawn: bool) -> np.ndarray:
-    """The double contour integral of pairs of polygons (k,), with so many nodes an edge, drawn to its ends
-    or not. a, b : (3, c, k) and (3, d, k)"""
-    nodes, weights = np.polynomial.legendre.leggauss(n_nodes)
-    nodes, weights = (nodes + 1) / 2, weights / 2
-    if drawn:
-        weights, nodes = weights * 6 * nodes * (1 - nodes), nodes**2 * (3 - 2 * nodes)
     areas = np.empty(a.shape[-1])
 
     def work(start: int, stop: int) -> None:
         ours, theirs = a[..., start:stop], b[..., start:stop]
         edges, others = np.roll(ours, -1, axis=1) - ours, np.roll(theirs, -1, axis=1) - theirs
-        lengths = np.sqrt((others * others).sum(axis=0))
+        lengths = np.sqrt(_dot(others, others))
         along = others / np.maximum(lengths, 1e-300)
-        parallel = sum(x[:, None] * y for x, y in zip(edges, along, strict=True))
-        e, f, pair = np.nonzero(parallel)
-        parallel = parallel[e, f, pair]
-        inner = weights @ _log_distance(ours[:, e, pair] - theirs[:, f, pair], edges[:, e, pair],
-                                        along[:, f, pair], parallel, lengths[f, pair], nodes)
-        inner *= parallel
+        shadow = _dot(edges[:, :, None], along[:, None])  # of each of our edges on each of theirs
+        e, f, pair = np.nonzero(shadow)
+        shadow, length, edge = shadow[e, f, pair], lengths[f, pair], edges[:, e, pair]
+        along, reach = along[:, f, pair], ours[:, e, pair] - theirs[:, f, pair]
+        ahead = _dot(reach, along)
+        aside, turn = reach - ahead * along, edge - shadow * along
+        slanted = np.flatnonzero(_dot(turn, turn) > PARALLEL**2 * _dot(edge, edge))
+        inner = _parallel(ahead, _dot(aside, aside), shadow, length)
+        needed = _nodes_needed(ours, theirs)[pair[slanted]] if len(slanted) else slanted
+        for count in np.unique(needed):
+            some, (nodes, weights) = slanted[needed == count], _nodes(int(count))
+            for first in range(0, len(some), NODES // count):
+                k = some[first:first + NODES // count]
+                inner[k] = shadow[k] * (weights @ _log_distance(ahead[k], aside[:, k], turn[:, k], shadow[k],
+                                                                length[k], nodes))
         areas[start:stop] = np.abs(np.bincount(pair, inner, stop - start)) / (2 * np.pi)
 
-    in_threads(work, len(areas), NODES // n_nodes)
+    in_threads(work, len(areas), PAIRS)
     return areas
 
 
-def _log_distance(start, edge, along, parallel, length, nodes) -> np.ndarray:
-    """∫ ln r over segments of unit vector `along` (3, k), from points start + nodes edge (m, k); `start`
-    (3, k) is counted from the segments' own start, and parallel (k,) is edge · along."""
-    def dot(u, v):
-        return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+@cache
+def _nodes(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """So many nodes and weights of Gauss' rule on 0 to 1; the most drawn to its ends."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    nodes, weights = (nodes + 1) / 2, weights / 2
+    if count == GAUSS_NODES:
+        weights, nodes = weights * 6 * nodes * (1 - nodes), nodes**2 * (3 - 2 * nodes)
+    return nodes, weights
 
-    nodes, ahead = nodes[:, None], dot(start, along)
-    aside, turn = start - ahead * along, edge - parallel * along
-    s = nodes * parallel
+
+def _nodes_needed(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """How many nodes slanted edges of pairs of polygons (3, c, k) and (3, d, k) need (k,)."""
+    middles = [polygon.mean(axis=1) for polygon in (ours, theirs)]
+    spans = [polygon - middle[:, None] for polygon, middle in zip((ours, theirs), middles, strict=True)]
+    reach = sum(np.sqrt(_dot(span, span).max(axis=0)) for span in spans)
+    middle = middles[1] - middles[0]
+    apart = np.sqrt(_dot(middle, middle))
+    return np.select([apart >= times * reach for times, _ in APART], [few for _, few in APART], GAUSS_NODES)
+
+
+def _apart(across2: np.ndarray, length: np.ndarray) -> np.ndarray:
+    """Squares of distances from segments' lines: rounding leaves some 1e-16 of the offset² on the line."""
+    return across2 * (across2 > 1e-14 * length**2)
+
+
+def _parallel(ahead: np.ndarray, across2: np.ndarray, shadow: np.ndarray, length: np.ndarray) -> np.ndarray:
+    """∫∫ ln r over two parallel segments (k,): one from 0 to `length`, one at a distance of which across2 is
+    the square, from `ahead` on by `shadow`, which may be negative.
+
+    The second antiderivative of ln √(t² + c²) is (t² − c²)/4 ln(t² + c²) + c t arctan(t/c) − ¾ t².
+    """
+    across2 = _apart(across2, length)
+    across = np.sqrt(across2)
+    end, total = ahead + shadow, 0.0
+    for t, sign in ((length - ahead, 1), (length - end, -1), (end, 1), (ahead, -1)):
+        t2 = t * t
+        there = np.log(np.maximum(t2 + across2, 1e-300))
+        there *= t2 - across2
+        there /= 4
+        t2 *= 0.75
+        there -= t2
+        angle = np.arctan(t / np.maximum(across, 1e-300))
+        angle *= t
+        angle *= across
+        there += angle
+        total = total + there if sign > 0 else total - there
+    return total
+
+
+def _log_distance(ahead, aside, turn, shadow, length, nodes) -> np.ndarray:
+    """∫ ln r over segments (k,) of their line from 0 to `length`, from points `ahead` + nodes `shadow` along
+    it and `aside` + nodes `turn` (3, k) beside it (m, k)."""
+    nodes = nodes[:, None]
+    s = nodes * shadow
     s += ahead
     rest = length - s
-    across2 = nodes * dot(turn, turn)
-    across2 += 2 * dot(aside, turn)
+    across2 = nodes * _dot(turn, turn)
+    across2 += 2 * _dot(aside, turn)
     across2 *= nodes
-    across2 += dot(aside, aside)
-    # Rounding leaves some 1e-16 of the offset² on the segment's own line.
-    across2 *= across2 > 1e-14 * length**2
+    across2 += _dot(aside, aside)
+    across2 = _apart(across2, length)
 
     def x_log(x):
         r2 = x * x

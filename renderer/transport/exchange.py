@@ -216,8 +216,11 @@ def balance(matrix, areas: np.ndarray) -> tuple:
         scale[live] = np.clip(scale[live], 0.1, 10)  # past that no scaling would help
     if isinstance(matrix, Counted):
         return matrix.closed(areas, scale), scale
-    matrix *= scale[:, None]
-    matrix *= scale
+
+    def scaled(start: int, stop: int) -> None:
+        matrix[start:stop] *= scale[start:stop, None] * scale
+
+    in_threads(scaled, len(areas), max(1, CACHED // len(areas)))
     if worst[-1] >= CLOSED:
         sums = matrix.sum(axis=1)
         share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))

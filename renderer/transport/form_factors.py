@@ -118,7 +118,12 @@ def contour_exchange(mesh: Mesh, sight: Sight | None = None) -> tuple[Exchange, 
     matrix = _symmetric(mesh, factors)
     live, n_surfaces = areas > 0, mesh.surface.max() + 1
     member = np.eye(n_surfaces)[mesh.surface]  # in double precision, as sums are
-    to_surfaces = mesh.area[:, None] * (factors @ member)
+    to_surfaces = np.empty(member.shape)
+
+    def add_up(start: int, stop: int) -> None:
+        to_surfaces[start:stop] = mesh.area[start:stop, None] * (factors[start:stop] @ member)
+
+    in_threads(add_up, len(factors), TILE)
     first, second = sight.pairs if sight is not None else np.zeros((2, 0), dtype=np.int32)
     whole = matrix[first, second]
     if sight is not None:

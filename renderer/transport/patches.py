@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from renderer.lazy import cached_property
+from renderer.transport.lines import Lines, lines_of
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,16 @@ class Mesh:
         count = np.bincount(vertex, minlength=len(self.vertices))
         return sparse.coo_array((1 / count[vertex], (vertex, patch)),
                                 shape=(len(self.vertices), len(self.patches))).tocsr()
+
+    @cached_property
+    def lines(self) -> Lines:
+        """The lines that the patches' edges lie on."""
+        return lines_of(self.in_room(self.vertices), self.patches)
+
+    def in_room(self, points: np.ndarray) -> np.ndarray:
+        """Points (k, 3) [m] in units of the room, from its middle, so that no square is too small or too
+        large for single precision."""
+        return (points - self.middle) / self.scale
 
     def at(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Points corner + s u + t v of the patches (k, 3) [m]; s and t from 0 to 1."""
