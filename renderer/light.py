@@ -12,6 +12,9 @@ from renderer.scene.reading import Scene
 from renderer.transport.solve import ENOUGH, TOLERANCE, radiosity
 from renderer.transport.transport import Transport
 
+ALIKE = 1e-14
+"""Of all light, that a luminaire's may differ by where bands are alike."""
+
 
 @dataclass(frozen=True)
 class Light:
@@ -139,11 +142,23 @@ def light_on(scene: Scene, bands: BandSet, transport: Transport, tolerance: floa
     reflectance, flux = scene.reflectance(bands), scene.flux(bands)
     first, index, scale = distinct_bands(reflectance, flux)
     light = radiosity(transport.exchange, reflectance[transport.mesh.surface][:, first],
-                      transport.direct @ flux[:, first], tolerance)
+                      transport.direct @ flux[:, first], tolerance, falling(transport, flux))
     if len(first) < len(index):
         light = tuple(each[:, index] * scale for each in light)
     return Light(scene, bands, transport, reflectance, flux, *light, None, len(first),
                  time.perf_counter() - started)
+
+
+def falling(transport: Transport, flux: np.ndarray) -> np.ndarray | None:
+    """How light falls (n_patches,), if it does so alike in every band, as from one kind of lamp; else None.
+
+    flux : (n_luminaires, n_bands)
+    """
+    total = flux.sum(axis=0)
+    if not total.any():
+        return None
+    mix = flux[:, total.argmax()] / total.max()
+    return None if np.abs(flux - mix[:, None] * total).max() > ALIKE * total.max() else transport.direct @ mix
 
 
 def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):

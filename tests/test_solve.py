@@ -1,5 +1,7 @@
 """The solver, by choosing the answer first; and how fast the mesh converges."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -46,14 +48,52 @@ def test_a_room_of_one_paint_is_what_elimination_says(n, seed, largest, almost):
     rho = np.where(random.random(n) < 0.2, 0.0, 1.0)[:, None] * paint
     if almost:
         rho[0] *= 0.999
-    direct = random.random((n, 1)) * np.append(random.random(6), 0.0)
-    got, received = radiosity(exchange, rho, direct)
+    falling = random.random(n)
+    direct = falling[:, None] * np.append(random.random(6), 0.0)
+    got, received = radiosity(exchange, rho, direct, falling=falling)
     factors = exchange.matrix / exchange.areas[:, None]
     wanted = np.stack([np.linalg.solve(np.eye(n) - rho[:, [b]] * factors, (rho * direct)[:, b])
                        for b in range(7)], axis=1)
     # As above.
     np.testing.assert_allclose(got, wanted, atol=50 * TOLERANCE * np.sqrt(n) / (1 - largest))
     np.testing.assert_allclose(received, factors @ got, atol=1e-12 / (1 - largest))
+
+
+class Counting:
+    """A matrix that counts how many columns it was multiplied with."""
+
+    def __init__(self, matrix):
+        self.matrix, self.columns = matrix, 0
+
+    def __matmul__(self, x):
+        self.columns += 1 if x.ndim == 1 else x.shape[1]
+        return self.matrix @ x
+
+
+def test_a_second_paint_multiplies_nothing_anew():
+    n, closed = 60, closed_exchange(60, 3)
+    matrix = Counting(closed.matrix)
+    exchange, random = replace(closed, matrix=matrix), np.random.default_rng(4)
+    one_lamp, other = random.random((2, n))
+    factors = closed.matrix / closed.areas[:, None]
+
+    def columns(paint: float, falling: np.ndarray, lumens: float = 1.0) -> int:
+        before, rho = matrix.columns, np.full((n, 5), paint) * [1, 0.9, 0.5, 0.1, 0]
+        direct = lumens * falling[:, None] * np.ones(5)
+        got, _ = radiosity(exchange, rho, direct, falling=falling)
+        alone, _ = radiosity(replace(exchange, matrix=closed.matrix, kept={}), rho, direct, falling=falling)
+        np.testing.assert_array_equal(got, alone)  # to the last digit, whatever came before
+        wanted = np.stack([np.linalg.solve(np.eye(n) - rho[:, [b]] * factors, (rho * direct)[:, b])
+                           for b in range(5)], axis=1)
+        np.testing.assert_allclose(got, wanted, atol=50 * TOLERANCE * np.sqrt(n) / (1 - paint))
+        return matrix.columns - before
+
+    first = columns(0.5, one_lamp)
+    assert 2 < first < 48
+    assert columns(0.4, one_lamp, 3.0) == 0  # darker, and other lumens
+    assert 0 < columns(0.95, one_lamp) < first  # brighter: a few steps more
+    assert columns(0.5, one_lamp) == 0
+    assert columns(0.5, other) > 2  # light that falls elsewhere
 
 
 def test_exchanging_bands_exchanges_answers():

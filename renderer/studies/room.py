@@ -8,12 +8,11 @@ import numpy as np
 
 from renderer.colour.bands import COMPARED
 from renderer.errors import InputError
-from renderer.light import distinct_bands
+from renderer.light import Light, distinct_bands, falling
 from renderer.plan import make_plan
 from renderer.readings.photometer import make_meter
 from renderer.rooms import Progress, Rooms
 from renderer.scene.reading import Scene
-from renderer.solution import Solution
 from renderer.studies.gamut import Place
 from renderer.transport.solve import radiosity
 
@@ -67,10 +66,11 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     meters = [make_meter(transport, np.array(p.position), np.array(p.normal) / np.linalg.norm(p.normal),
                          f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
 
-    def solved(rho: np.ndarray, light: np.ndarray) -> Solution:
-        found = radiosity(transport.exchange, rho[transport.mesh.surface], transport.direct @ light)
-        return Solution(scene, bands["31"], plan, rooms, transport, rho, light, *found, sample=None,
-                        bands_solved=rho.shape[1], seconds=0.0)
+    def solved(rho: np.ndarray, flux: np.ndarray) -> Light:
+        found = radiosity(transport.exchange, rho[transport.mesh.surface], transport.direct @ flux,
+                          falling=falling(transport, flux))
+        return Light(scene, bands["31"], transport, rho, flux, *found, sample=None, bands_solved=rho.shape[1],
+                     seconds=0.0)
 
     columns = []
     for band in bands.values():
@@ -139,16 +139,16 @@ def _read(solved, meters: list, luminance: np.ndarray, reflectance: np.ndarray,
     """Illuminance at each meter, then the painted surfaces' luminance, for columns of reflectance
     (n_surfaces, k) and flux (n_luminaires, k): (n_readings, k), per unit of total flux.
 
-    solved : from such columns to their Solution; luminance : from `_mean_over`.
+    solved : from such columns to their Light; luminance : from `_mean_over`.
     """
     first, index, scale = distinct_bands(reflectance, flux)
     chunk = max(1, NUMBERS_AT_ONCE // len(luminance))
     read = []
     for start in range(0, len(first), chunk):
         here = first[start : start + chunk]
-        solution = solved(reflectance[:, here], flux[:, here])
-        rows = [direct + indirect.sum(axis=0) for direct, indirect in map(solution.read, meters)]
-        read.append(np.vstack([*rows, luminance @ solution.radiosity]))
+        light = solved(reflectance[:, here], flux[:, here])
+        rows = [direct + indirect.sum(axis=0) for direct, indirect in map(light.read, meters)]
+        read.append(np.vstack([*rows, luminance @ light.radiosity]))
     return np.hstack(read)[:, index] * scale
 
 

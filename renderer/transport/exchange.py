@@ -5,7 +5,7 @@ sums to A_i (closure); with both, a solve conserves energy to rounding. The erro
 kept and reported.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import sparse
@@ -126,6 +126,7 @@ class Exchange:
     worst_pair : those two surfaces
     leak : largest share of a patch's light that meets no surface's front
     worst_patch : of which patch
+    kept : what solves leave for the next one
     """
 
     areas: np.ndarray
@@ -135,6 +136,7 @@ class Exchange:
     worst_pair: tuple[int, int]
     leak: float
     worst_patch: int
+    kept: dict = field(default_factory=dict, repr=False)
 
     @property
     def single(self) -> bool:

@@ -3,7 +3,8 @@
 import numpy as np
 
 from renderer.errors import SolveError
-from renderer.transport.exchange import Exchange
+from renderer.transport.exchange import Counted, Exchange
+from renderer.transport.krylov import Krylov
 
 TOLERANCE, TOLERANCE_OF_LARGE = 1e-11, 5e-7
 """The solve stops when the residual is below this share of the right-hand side, in every band. In a
@@ -12,6 +13,8 @@ ACCEPTABLE = 1e-6
 """Rounding may stop it before; past this residual there is no answer worth giving."""
 LINE = 16
 """Numbers in single precision in a line of the cache."""
+MANY = 4
+"""Columns from which a product with a dense matrix is one, and not as many."""
 ROWS = 1 << 12
 """Added up at a time."""
 CORRECTIONS = 10
@@ -24,16 +27,15 @@ LONG = 20_000
 """Steps of a solve, at most."""
 FOR_BARS, ENOUGH = 2e-6, 1e-3
 """The residual where only an error bar hangs on it; and the least that is of use there."""
-STEPS = 48
-"""In a room of one paint, at most; what they leave is solved band by band."""
 
 
 def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
-              tolerance: float = TOLERANCE) -> tuple:
+              tolerance: float = TOLERANCE, falling: np.ndarray | None = None) -> tuple:
     """B = ρ (E_direct + F B), solved by conjugate gradients.
 
-    reflectance, direct : (n_patches, n_bands), [1] and [W m⁻²]; tolerance : of the residual. Returns B and
-    F B, what each patch sends, and receives from the others, both (n_patches, n_bands).
+    reflectance, direct : (n_patches, n_bands), [1] and [W m⁻²]; tolerance : of the residual;
+    falling : (n_patches,) where all columns of `direct` are multiples of it. Returns B and F B, what each
+    patch sends, and receives from the others, both (n_patches, n_bands).
     With b = √A B = r z and r = √ρ the equation is (1 − r G r) z = r √A E, where
     G_ij = S_ij / √(A_i A_j) is symmetric with no eigenvalue above 1: positive definite as long as
     something absorbs. No division by ρ or 1 − ρ, so both ends of the range are ordinary.
@@ -55,16 +57,19 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
     def check(z: np.ndarray) -> tuple:
         # After hundreds of steps what the steps call the residual may not be the true one.
         sent = side * z
-        received = exchange.matrix @ sent
+        received = _product(exchange.matrix, sent)
         residual = right - z + side * received
         return sent, received, residual, _norm(residual) / norm
 
-    z = None if large else _one_paint(exchange.matrix, inverse[:, 0], r, right, goal)
-    if z is None:
+    one_paint = None if large or falling is None else _one_paint(
+        exchange, inverse[:, 0], r, right, root[:, 0] * falling, goal)
+    if one_paint is None:
         z = sent = received = np.zeros_like(right)
-        residual, left = right, _norm(right) / norm
+        residual = right
     else:
-        sent, received, residual, left = check(z)
+        z, received = one_paint
+        sent, residual = side * z, right - z + side * received
+    left = _norm(residual) / norm
     matrix = None
     for _ in range(CORRECTIONS):
         if (left <= goal).all():
@@ -93,43 +98,26 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
     return sent, received
 
 
-def _one_paint(matrix, inverse: np.ndarray, r: np.ndarray, right: np.ndarray, goal) -> np.ndarray | None:
-    """z where all that reflects does so alike, and light falls alike in every band, as in a room of one paint
-    and one lamp; else None.
+def _one_paint(exchange: Exchange, inverse: np.ndarray, r: np.ndarray, right: np.ndarray,
+               first: np.ndarray, goal: float) -> tuple | None:
+    """z, and S r z / √A, where all that reflects does so alike, as in a room of one paint; else None.
 
-    Its bands (1 − ρ G) z = right differ by ρ alone and share one Krylov space (Lanczos' steps; Frommer and
-    Maass, SIAM J. Sci. Comput. 20, 1999): one column is multiplied for all of them.
-    inverse : 1 / √A (n_patches,)
+    inverse : 1 / √A (n_patches,); first : √A times how light falls (n_patches,), in every band alike
     """
     reflecting = r.any(axis=1)
-    first = right[:, _norm(right).argmax()]
-    power = first @ first
-    if power == 0 or (r[reflecting] != r[reflecting][0]).any():
+    first = np.where(reflecting, first, 0.0)
+    size = np.sqrt(first @ first)
+    if size == 0 or (r[reflecting] != r[reflecting][0]).any():
         return None
-    share = first @ right / power
-    if np.abs(right - first[:, None] * share).max() > 1e-14 * np.abs(first).max():
-        return None
-    rho = np.where(share > 0, r[reflecting][0] ** 2, 0.0)
-    side = np.where(reflecting, inverse, 0.0)
-    basis, tridiagonal = np.empty((STEPS, len(r))), np.zeros((STEPS + 1, STEPS + 1))
-    step, beta, pivot, left = first / np.sqrt(power), 0.0, np.inf, np.ones(len(rho))
-    for k in range(STEPS):
-        basis[k] = step
-        so_far = basis[:k + 1]
-        image = side * (matrix @ (side * step))
-        alpha = image @ step
-        for _ in range(2):
-            image -= (so_far @ image) @ so_far
-        pivot = 1 - rho * alpha - (rho * beta) ** 2 / pivot
-        beta = np.sqrt(image @ image)
-        tridiagonal[k, k], tridiagonal[k, k + 1], tridiagonal[k + 1, k] = alpha, beta, beta
-        left *= rho * beta / pivot  # of the residual, as in conjugate gradients
-        if (left <= goal / 4).all():
-            break
-        step = image / beta
-    value, vector = np.linalg.eigh(tridiagonal[:k + 1, :k + 1])
-    weights = vector @ (vector[0][:, None] / (1 - value[:, None] * rho))
-    return so_far.T @ (weights * (np.sqrt(power) * share))
+    first, side = first / size, np.where(reflecting, inverse, 0.0)
+    # The next paint has this very space, to the last digit, whichever came first.
+    space = exchange.kept.get("krylov")
+    if space is None or not space.is_of(side, first):
+        space = exchange.kept["krylov"] = Krylov(exchange.matrix, side, first)
+    share = first @ right
+    root = np.where(share > 0, r[reflecting][0], 0.0)
+    weights = space.solve(root**2, goal) * share
+    return space.basis[:len(weights)].T @ weights, space.products[:len(weights)].T @ (weights * root)
 
 
 def rescaled(exchange: Exchange, missing: np.ndarray) -> np.ndarray:
@@ -158,7 +146,7 @@ def _conjugate_gradients(matrix, left, side: np.ndarray, right: np.ndarray, goal
         best = np.minimum(best, size)
         if (size <= goal).all() or (step > 200 and (size > 10 * best).all()):
             break
-        image = matrix @ (side * search)
+        image = _product(matrix, side * search)
         image *= left
         image += search  # what absorption takes
         curvature = _dot(search, image)
@@ -174,9 +162,19 @@ def _conjugate_gradients(matrix, left, side: np.ndarray, right: np.ndarray, goal
     return z
 
 
+def _product(matrix, x: np.ndarray) -> np.ndarray:
+    """S x (n_patches, k) of a symmetric matrix, a dense one the way that takes it least: few columns one by
+    one, in double precision from the left."""
+    if isinstance(matrix, Counted):
+        return matrix @ x
+    if x.shape[1] < MANY:
+        return np.stack([matrix @ column for column in x.T], axis=1)
+    return np.ascontiguousarray((x.T @ matrix).T) if x.dtype == np.float64 else matrix @ x
+
+
 def _in_lines(a: np.ndarray) -> np.ndarray:
     """In single precision, columns of 0 added until a row is of whole cache lines, where it is longer than
-    one: a row is then gathered a fifth faster."""
+    one: a row is then gathered a fifth faster, and dense products take two thirds."""
     rows, columns = a.shape
     wide = columns if columns < LINE else -(-columns // LINE) * LINE
     memory = np.zeros(rows * wide + LINE, dtype=np.float32)
