@@ -115,25 +115,27 @@ def contour_exchange(mesh: Mesh, sight: Sight | None = None) -> tuple[Exchange, 
         areas = mesh.area * sight.openness.exposed
         leak, worst = float(sight.openness.lost.max()), int(sight.openness.lost.argmax())
         factors[areas == 0], factors[:, areas == 0] = 0.0, 0.0
-    matrix = _symmetric(mesh, factors)
-    live, n_surfaces = areas > 0, mesh.surface.max() + 1
-    member = np.eye(n_surfaces)[mesh.surface]  # in double precision, as sums are
-    to_surfaces = np.empty(member.shape)
+    matrix, n_surfaces = _symmetric(mesh, factors), mesh.surface.max() + 1
+    live, to_surfaces = areas > 0, np.empty((n_surfaces, len(areas)))
 
     def add_up(start: int, stop: int) -> None:
-        to_surfaces[start:stop] = mesh.area[start:stop, None] * (factors[start:stop] @ member)
+        for k in range(start, stop):
+            to_surfaces[k] = mesh.area * factors.T[mesh.surface == k].sum(axis=0, dtype=float)
 
-    in_threads(add_up, len(factors), TILE)
-    first, second = sight.pairs if sight is not None else np.zeros((2, 0), dtype=np.int32)
-    whole = matrix[first, second]
+    in_threads(add_up, n_surfaces, 1)
+    first, second = sight.pairs.astype(np.int64) if sight is not None else np.zeros((2, 0), dtype=np.int64)
+    there, back, flat = first * len(areas) + second, second * len(areas) + first, matrix.reshape(-1)
+    whole = flat[there]
     if sight is not None:
-        matrix[first, second] = matrix[second, first] = sight.seen * whole
-        for one, other in ((first, second), (second, first)):
-            hidden = mesh.area[one] * factors[one, other] * (1 - sight.seen)
-            to_surfaces -= np.bincount(one * n_surfaces + mesh.surface[other], hidden,
+        flat[there] = flat[back] = sight.seen * whole
+        by_other = factors.T.reshape(-1)
+        for one, other, place in ((first, second, back), (second, first, there)):
+            hidden = mesh.area[one] * by_other[place] * (1 - sight.seen)
+            to_surfaces -= np.bincount(mesh.surface[other] * len(areas) + one, hidden,
                                        to_surfaces.size).reshape(to_surfaces.shape)
-    closure = np.abs(to_surfaces.sum(axis=1)[live] / areas[live] - 1)
-    error, pair = reciprocity(member.T @ to_surfaces, np.bincount(mesh.surface, areas))
+    closure = np.abs(to_surfaces.sum(axis=0)[live] / areas[live] - 1)
+    member = np.eye(n_surfaces)[mesh.surface]
+    error, pair = reciprocity((to_surfaces @ member).T, np.bincount(mesh.surface, areas))
     matrix, scale = balance(matrix, areas)
     whole *= scale[first] * scale[second]
     return Exchange(areas, matrix, float(closure.max(initial=0.0)), error, pair, leak, worst), whole
