@@ -61,13 +61,15 @@ def _from_face(p: np.ndarray, n: np.ndarray, luminaire: Luminaire, face: Face) -
     light[near] = _near_face(p[near], n[near], luminaire, face)
     # From as far, as many places: one rule for all points of an octave.
     ring = np.floor(np.log2(np.where(whole, far, 1.0)))
+    at, facing = (p - luminaire.center) @ luminaire.axes.T, n @ luminaire.axes.T
     for step in np.unique(ring[whole]):
         k = np.flatnonzero(whole & (ring == step))
         places, share = _rule(face, sides, closeness(luminaire) * 2**step)
-        size = max(1, POINTS * 8 // len(places))
+        places = places @ luminaire.axes.T
+        size = max(1, POINTS * 4 // len(places))
         for part in np.split(k, range(size, len(k), size)):
-            light[part] = _sent(p[part, None], n[part, None], luminaire.center + places, luminaire,
-                                face) @ (face.area * share)
+            light[part] = _sent(at[part, None], facing[part, None], places, luminaire, face) @ (
+                face.area * share)
     return light
 
 
@@ -98,6 +100,7 @@ def _near_face(p: np.ndarray, n: np.ndarray, luminaire: Luminaire, face: Face) -
     who = np.repeat(np.arange(len(p)), len(cells))
     cells = np.tile(cells, (len(p), 1))
     light = np.zeros(len(p))
+    at, facing = (p - luminaire.center) @ luminaire.axes.T, n @ luminaire.axes.T
     for depth in range(DEEPEST + 1):
         if not len(who):
             break
@@ -109,7 +112,7 @@ def _near_face(p: np.ndarray, n: np.ndarray, luminaire: Luminaire, face: Face) -
         large = (np.maximum(*sides) > close * far) & (depth < DEEPEST)
         s, t, share = gauss_points(cells[~large])
         k = who[~large]
-        sent = _sent(p[k, None], n[k, None], luminaire.center + face.at(s, t), luminaire, face)
+        sent = _sent(at[k, None], facing[k, None], face.at(s, t) @ luminaire.axes.T, luminaire, face)
         light += face.area * np.bincount(k, share * sent.sum(axis=1), len(p))
         along_s = (sides[0] >= sides[1])[large]
         cells, who = halved(cells[large], along_s), np.repeat(who[large], 2)
@@ -125,14 +128,35 @@ def gauss_points(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def _sent(p, n, at, luminaire: Luminaire, face: Face) -> np.ndarray:
-    """From places (…, 3) on a face to points (…, 3), per area of the face (…) [m⁻⁴]."""
-    reach = p - at
-    distance2 = np.maximum(np.einsum("...i,...i->...", reach, reach), 1e-30)
-    incidence = np.clip(-np.einsum("...i,...i->...", reach, n), 0, None)
-    if len(luminaire.opening) == 2:  # the cosine cancels, and at grazing angles need not be divided
-        return luminaire.intensity(reach) / face.area * incidence / (distance2 * np.sqrt(distance2))
-    leaving = np.clip(reach @ face.normal, 0, None)
-    return luminaire.luminance(reach / np.sqrt(distance2)[..., None]) * leaving * incidence / distance2**2
+    """From places (…, 3) on a face to points (…, 3) that face along n (…, 3), per area of the face (…) [m⁻⁴].
+
+    That is I / A_p · cos θ_face · cos θ / r², with A_p the opening's projected area; all along the
+    luminaire's own axes and from its centre.
+    """
+    reach = [p[..., k] - at[..., k] for k in range(3)]
+    distance2 = reach[0] * reach[0]
+    for x in reach[1:]:
+        distance2 += x * x
+    np.maximum(distance2, 1e-30, out=distance2)
+    light = luminaire.distribution.toward(*reach)
+    light *= _along(reach, -n)
+    light /= distance2
+    light /= np.sqrt(distance2, out=distance2)
+    faces = [(each.area, luminaire.axes @ each.normal) for each in luminaire.opening]
+    if len(faces) == 2:  # the cosine cancels, and at grazing angles need not be divided
+        light /= face.area * luminaire.distribution.flux
+        return light
+    seen = sum(area * _along(reach, normal) for area, normal in faces)
+    light *= _along(reach, luminaire.axes @ face.normal)
+    return np.divide(light, luminaire.distribution.flux * seen, out=np.zeros_like(light), where=seen > 0)
+
+
+def _along(reach: list[np.ndarray], n: np.ndarray) -> np.ndarray:
+    """How far components (…) each reach along n (3,) or (…, 3), at least 0."""
+    total = reach[0] * n[..., 0]
+    for x, component in zip(reach[1:], np.moveaxis(n[..., 1:], -1, 0), strict=True):
+        total += x * component
+    return np.maximum(total, 0, out=total)
 
 
 def halved(cells: np.ndarray, along_s: np.ndarray) -> np.ndarray:

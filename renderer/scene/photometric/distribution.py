@@ -27,21 +27,28 @@ class Distribution:
     tilted: bool = False
 
     def intensity(self, away: np.ndarray) -> np.ndarray:
-        """Luminous intensity (…) [cd] along unit directions (…, 3), by components to C0, C90 and nadir."""
-        ahead, aside, pole = (away[..., k] for k in ((2, 0, 1) if self.tilted else (0, 1, 2)))
-        if self.tilted:
-            pole = -pole
-        polar = np.degrees(np.arctan2(np.hypot(ahead, aside), pole))
-        azimuth = np.degrees(np.arctan2(aside, ahead))
-        azimuth = np.where(azimuth < self.azimuth[0], azimuth + 360, azimuth)
-        (i, s), (j, t) = (_place(stops, step, at) for stops, step, at in zip(
-            (self.azimuth, self.polar), self._spacing, (azimuth, polar), strict=True))
-        width = len(self.polar)
-        flat, at = self.candela.ravel(), i * width + j
-        near = flat[at] + t * (flat[at + 1] - flat[at])
-        far = flat[at + width] + t * (flat[at + width + 1] - flat[at + width])
-        outside = (polar < self.polar[0]) | (polar > self.polar[-1]) | (azimuth > self.azimuth[-1])
-        return np.where(outside, 0.0, near + s * (far - near))
+        """Luminous intensity (…) [cd] along directions (…, 3), by components to C0, C90 and nadir."""
+        return self.toward(*np.moveaxis(away, -1, 0))
+
+    def toward(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """The same by components (…) each, of any length."""
+        ahead, aside, pole = (z, x, -y) if self.tilted else (x, y, z)
+        polar = np.arctan2(np.sqrt(ahead * ahead + aside * aside), pole)
+        j, t = self._close.place(polar)
+        if self._round:
+            light = _between(self.candela[0], j, t)
+        else:
+            azimuth = np.arctan2(aside, ahead)
+            azimuth = azimuth + 2 * np.pi * (azimuth < self._turn.stops[0])
+            i, s = self._turn.place(azimuth)
+            at, flat = i * len(self.polar) + j, self.candela.ravel()
+            light, next_ = _between(flat, at, t), _between(flat[len(self.polar):], at, t)
+            next_ -= light
+            next_ *= s
+            light += next_
+            light = np.where(azimuth > self._turn.stops[-1], 0.0, light)
+        first, last = self._close.stops[[0, -1]]
+        return np.where((polar < first) | (polar > last), 0.0, light)
 
     def at(self, c: np.ndarray, gamma: np.ndarray) -> np.ndarray:
         """Luminous intensity (…) [cd] at angles C and γ (…) [°]."""
@@ -50,10 +57,17 @@ class Distribution:
                                         np.cos(gamma) * np.ones_like(c)], axis=-1))
 
     @cached_property
-    def _spacing(self) -> list[float | None]:
-        """From one azimuth to the next, and from one polar angle; None where they are not evenly spaced."""
-        steps = [np.diff(stops) for stops in (self.azimuth, self.polar)]
-        return [float(each[0]) if np.abs(each - each[0]).max() < 1e-9 * each[0] else None for each in steps]
+    def _turn(self) -> "Stops":
+        return Stops(np.radians(self.azimuth))
+
+    @cached_property
+    def _close(self) -> "Stops":
+        return Stops(np.radians(self.polar))
+
+    @cached_property
+    def _round(self) -> bool:
+        """Whether it is alike all round."""
+        return self.azimuth[-1] - self.azimuth[0] == 360 and bool((self.candela == self.candela[0]).all())
 
     @cached_property
     def flux(self) -> float:
@@ -89,16 +103,35 @@ class Distribution:
         return float(weight[along < 0].sum() / total) if total > 0 else 0.0
 
 
-def _place(stops: np.ndarray, step: float | None, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which interval of `stops` each value is in (…), and how far along (0 … 1).
+@dataclass(frozen=True)
+class Stops:
+    """Angles (n,) [rad], ascending, at which a table has entries."""
 
-    step : from each to the next; None where they are not evenly spaced.
-    """
-    if step is not None:  # no search
-        k = np.clip(((at - stops[0]) / step).astype(np.int64), 0, len(stops) - 2)
-    else:
-        k = np.clip(np.searchsorted(stops, at, side="right") - 1, 0, len(stops) - 2)
-    return k, np.clip((at - stops[k]) / (stops[k + 1] - stops[k]), 0.0, 1.0)
+    stops: np.ndarray
+
+    @cached_property
+    def _step(self) -> float | None:
+        """From each to the next; None where they are not evenly spaced."""
+        steps = np.diff(self.stops)
+        return float(steps.mean()) if np.ptp(steps) < 1e-9 * steps[0] else None
+
+    def place(self, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which interval each angle is in (…), and how far along (0 … 1)."""
+        if self._step is not None:  # no search
+            along = (at - self.stops[0]) / self._step
+            k = np.clip(along.astype(np.int64), 0, len(self.stops) - 2)
+            return k, np.clip(along - k, 0.0, 1.0)
+        k = np.clip(np.searchsorted(self.stops, at, side="right") - 1, 0, len(self.stops) - 2)
+        return k, np.clip((at - self.stops[k]) / (self.stops[k + 1] - self.stops[k]), 0.0, 1.0)
+
+
+def _between(row: np.ndarray, k: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """What stands between entries k and k + 1 of a row, t along the way (…)."""
+    here = row.take(k)
+    rise = row[1:].take(k)
+    rise -= here
+    rise *= t
+    return here + rise
 
 
 def all_round(c: np.ndarray, candela: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
