@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from renderer import side_by_side
 from renderer.colour.bands import BandSet, narrow_bands
 from renderer.colour.lamps import spectral_flux
 from renderer.family import Family, make_family, placed
@@ -18,7 +19,6 @@ from renderer.readings.reconstruction import reconstructed
 from renderer.readings.uncertainty import band_error, half_widths
 from renderer.rooms import Progress, Rooms
 from renderer.scene.reading import Scene
-from renderer.transport.threads import in_threads
 from renderer.transport.transport import Transport, refuse_hidden
 
 QUADRATURE = 4e-4
@@ -74,16 +74,14 @@ class Solution(Light):
 
     def read_at(self, spots: list[tuple]) -> list[Reading]:
         """Read a meter at each (position, normal, name), on every core. Raises InputError."""
-        readings = [None] * len(spots)
-
-        def work(start: int, stop: int) -> None:
-            for k in range(start, stop):
-                readings[k] = self.photometer(*spots[k])
-
         if spots:
             self.make_ready()
-        in_threads(work, len(spots), 1)
-        return readings
+        return side_by_side.each(lambda k: self.photometer(*spots[k]), len(spots), self.transports)
+
+    @property
+    def transports(self) -> list[Transport]:
+        """Of this mesh, and of those that tell its error."""
+        return list({id(each.transport): each.transport for each in (self, *self.family.meshes)}.values())
 
     def make_ready(self) -> None:
         """Make what all readings share, on every core, before each core has one to read."""

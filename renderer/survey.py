@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from renderer import side_by_side
 from renderer.family import placed
 from renderer.readings.glare import Glare, rate
 from renderer.readings.grid import GridReading, readable, summarise
@@ -9,7 +10,6 @@ from renderer.readings.luminance import luminance_meter
 from renderer.readings.uncertainty import Figure, band_error, half_widths
 from renderer.scene.grids import Grid
 from renderer.solution import Solution
-from renderer.transport.threads import in_threads
 
 
 def read_grid(solution: Solution, grid: Grid) -> GridReading:
@@ -21,16 +21,14 @@ def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading
     """Read a meter at some points of a grid: `read` (n,) tells at which, one or more."""
     where, points = _where(solution, grid), grid.points[read]
     family = solution.family
-    rows = [None] * len(points)
 
-    def work(start: int, stop: int) -> None:
-        for k in range(start, stop):
-            meter = solution.meters(points[k], grid.normal, where)
-            rows[k] = [each.read_lx(meter(each)) for each in (solution, *solution.by_bands, *family.meshes,
-                                                              *family.samples)]
+    def at(k: int) -> list[np.ndarray]:
+        meter = solution.meters(points[k], grid.normal, where)
+        return [each.read_lx(meter(each)) for each in (solution, *solution.by_bands, *family.meshes,
+                                                       *family.samples)]
 
     solution.make_ready()
-    in_threads(work, len(points), 1)
+    rows = side_by_side.each(at, len(points), solution.transports)
     own, these, narrow, *rest = np.array(rows).swapaxes(0, 1)
     means = (float(each.sum(axis=1).mean()) for each in (these, narrow))
     meshes, samples = np.split(np.array(rest), [len(family.meshes)])

@@ -9,8 +9,8 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "renderer"
 ORDER = ["errors", "lazy", "files", "cache", "colour", "scene", "transport", "plan", "readings",
-         "rooms", "light", "family", "solution", "dataset", "survey", "accuracy", "pilot", "forecast",
-         "report", "pictures", "studies", "cli.terminal", "cli.options", "cli"]
+         "rooms", "side_by_side", "light", "family", "solution", "dataset", "survey", "accuracy", "pilot",
+         "forecast", "report", "pictures", "studies", "cli.terminal", "cli.options", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
 
 

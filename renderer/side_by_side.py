@@ -1,0 +1,77 @@
+"""Many readings of one room side by side: by threads, or by processes where they take long.
+
+What a meter does is many short steps, between which Python's lock goes from thread to thread: two threads do
+little more than one, two processes nearly twice as much.
+"""
+
+import multiprocessing
+import sys
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+
+from renderer.transport import threads
+from renderer.transport.transport import Transport
+
+LONG = 2.0
+"""Seconds of work that are worth processes of their own."""
+
+_task: tuple[Callable[[int], object], list[Transport]] | None = None
+
+
+def each(read: Callable[[int], object], n: int, transports: Iterable[Transport]) -> list:
+    """What read(0) … read(n − 1) return, on every core.
+
+    transports : that these cast rays in, which stay counted. Where a process dies, threads do all of it.
+    """
+    if not n:
+        return []
+    started = time.perf_counter()
+    values = [read(0)]
+    left = (n - 1) * (time.perf_counter() - started)
+    if n > threads.CORES > 1 and left > LONG and _may_fork():
+        try:
+            return values + _by_processes(read, n, list(transports))
+        except BrokenProcessPool:
+            pass
+    values += [None] * (n - 1)
+
+    def work(start: int, stop: int) -> None:
+        for k in range(start + 1, stop + 1):
+            values[k] = read(k)
+
+    threads.in_threads(work, n - 1, 1)
+    return values
+
+
+def _may_fork() -> bool:
+    """Whether a copy of this process can do its work: not of a daemon, nor where threads of the system's own
+    libraries do not survive it."""
+    return sys.platform == "linux" and not multiprocessing.current_process().daemon
+
+
+def _by_processes(read: Callable[[int], object], n: int, transports: list[Transport]) -> list:
+    """The same from 1 on: by copies of this process, which have the room as it is."""
+    global _task
+    _task = read, [each for each in transports if each.visibility is not None]
+    try:
+        with ProcessPoolExecutor(threads.CORES, multiprocessing.get_context("fork"), _alone) as pool:
+            found = list(pool.map(_one, range(1, n)))
+        for _, rays in found:
+            for transport, more in zip(_task[1], rays, strict=True):
+                transport.visibility.rays += more
+    finally:
+        _task = None
+    return [value for value, _ in found]
+
+
+def _alone() -> None:
+    threads.CORES = 1
+
+
+def _one(k: int) -> tuple[object, list[int]]:
+    read, transports = _task
+    before = [each.visibility.rays for each in transports]
+    value = read(k)
+    return value, [each.visibility.rays - rays for each, rays in zip(transports, before, strict=True)]
