@@ -30,9 +30,11 @@ def each(read: Callable[[int], object], n: int, transports: Iterable[Transport])
     started = time.perf_counter()
     values = [read(0)]
     left = (n - 1) * (time.perf_counter() - started)
-    if n > threads.CORES > 1 and left > LONG and _may_fork():
+    transports = list(transports)
+    large = any(transport.exchange.single for transport in transports)  # steps are long, and copies too
+    if n > threads.CORES > 1 and left > LONG and not large and _may_fork():
         try:
-            return values + _by_processes(read, n, list(transports))
+            return values + _by_processes(read, n, transports)
         except BrokenProcessPool:
             pass
     values += [None] * (n - 1)
