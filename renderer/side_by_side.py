@@ -16,6 +16,8 @@ from renderer.transport.transport import Transport
 
 LONG = 2.0
 """Seconds of work that are worth processes of their own."""
+TRIED = 2
+"""Readings for each core that tell how long the others will take."""
 
 _task: tuple[Callable[[int], object], list[Transport]] | None = None
 
@@ -25,25 +27,27 @@ def each(read: Callable[[int], object], n: int, transports: Iterable[Transport])
 
     transports : that these cast rays in, which stay counted. Where a process dies, threads do all of it.
     """
-    if not n:
-        return []
-    started = time.perf_counter()
-    values = [read(0)]
-    left = (n - 1) * (time.perf_counter() - started)
+    values = [None] * n
+
+    def by_threads(first: int, stop: int) -> None:
+        def work(start: int, end: int) -> None:
+            for k in range(first + start, first + end):
+                values[k] = read(k)
+
+        threads.in_threads(work, stop - first, 1)
+
+    tried, started = min(n, TRIED * threads.CORES), time.perf_counter()
+    by_threads(0, tried)
+    left = (n - tried) * (time.perf_counter() - started) / max(1, tried)
     transports = list(transports)
     large = any(transport.exchange.single for transport in transports)  # steps are long, and copies too
-    if n > threads.CORES > 1 and left > LONG and not large and _may_fork():
+    if threads.CORES > 1 and left > LONG and not large and _may_fork():
         try:
-            return values + _by_processes(read, n, transports)
+            values[tried:] = _by_processes(read, range(tried, n), transports)
+            return values
         except BrokenProcessPool:
             pass
-    values += [None] * (n - 1)
-
-    def work(start: int, stop: int) -> None:
-        for k in range(start + 1, stop + 1):
-            values[k] = read(k)
-
-    threads.in_threads(work, n - 1, 1)
+    by_threads(tried, n)
     return values
 
 
@@ -53,13 +57,13 @@ def _may_fork() -> bool:
     return sys.platform == "linux" and not multiprocessing.current_process().daemon
 
 
-def _by_processes(read: Callable[[int], object], n: int, transports: list[Transport]) -> list:
-    """The same from 1 on: by copies of this process, which have the room as it is."""
+def _by_processes(read: Callable[[int], object], some: range, transports: list[Transport]) -> list:
+    """The same of some k: by copies of this process, which have the room as it is."""
     global _task
     _task = read, [each for each in transports if each.visibility is not None]
     try:
         with ProcessPoolExecutor(threads.CORES, multiprocessing.get_context("fork"), _alone) as pool:
-            found = list(pool.map(_one, range(1, n)))
+            found = list(pool.map(_one, some))
         for _, rays in found:
             for transport, more in zip(_task[1], rays, strict=True):
                 transport.visibility.rays += more

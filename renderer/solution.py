@@ -74,8 +74,9 @@ class Solution(Light):
 
     def read_at(self, spots: list[tuple]) -> list[Reading]:
         """Read a meter at each (position, normal, name), on every core. Raises InputError."""
-        if spots:
-            self.make_ready()
+        if not spots:
+            return []
+        self.make_ready()
         return side_by_side.each(lambda k: self.photometer(*spots[k]), len(spots), self.transports)
 
     @property

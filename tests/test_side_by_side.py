@@ -2,13 +2,14 @@
 
 import os
 
+import numpy as np
 import pytest
 
 import renderer
 from renderer import side_by_side
 from renderer.transport import threads
 
-SPOTS = [([x, 1.0, 0.0], [0, 0, 1], f"at {x}") for x in (0.3, 0.8, 1.3, 2.9, 3.4)]
+SPOTS = [([x, 1.0, 0.0], [0, 0, 1], f"at {x}") for x in np.linspace(0.3, 3.4, 2 * threads.CORES + 3)]
 
 pytestmark = pytest.mark.skipif(threads.CORES == 1 or not side_by_side._may_fork(), reason="needs two cores")
 
@@ -37,6 +38,11 @@ def test_processes_read_what_threads_do_and_count_their_rays(solution, monkeypat
     assert read(0.0) == (by_threads, rays, True)
 
 
+def test_no_reading_asks_for_no_error_bars(solution):
+    assert solution.read_at([]) == []
+    assert "family" not in vars(solution)
+
+
 def test_what_is_wrong_in_a_process_is_said(solution, monkeypatch):
     monkeypatch.setattr(side_by_side, "LONG", 0.0)
     with pytest.raises(renderer.InputError, match=r"'beside'.*outside"):
@@ -44,13 +50,13 @@ def test_what_is_wrong_in_a_process_is_said(solution, monkeypatch):
 
 
 def test_a_process_that_dies_loses_nothing(monkeypatch):
-    monkeypatch.setattr(side_by_side, "LONG", -1.0)
-    parent = os.getpid()
+    monkeypatch.setattr(side_by_side, "LONG", 0.0)
+    parent, last = os.getpid(), 2 * threads.CORES + 2
 
     def read(k: int) -> int:
-        if k == 3 and os.getpid() != parent:
+        if k == last and os.getpid() != parent:
             os._exit(9)  # as where memory is short
         return k * k
 
-    assert side_by_side.each(read, 7, []) == [0, 1, 4, 9, 16, 25, 36]
+    assert side_by_side.each(read, last + 1, []) == [k * k for k in range(last + 1)]
     assert side_by_side.each(read, 0, []) == []
