@@ -20,6 +20,7 @@ TRIED = 2
 """Readings for each core that tell how long the others will take."""
 
 _task: tuple[Callable[[int], object], list[Transport]] | None = None
+"""Of a copy of the process; never of the first."""
 
 
 def each(read: Callable[[int], object], n: int, transports: Iterable[Transport]) -> list:
@@ -59,25 +60,24 @@ def _may_fork() -> bool:
 
 def _by_processes(read: Callable[[int], object], some: range, transports: list[Transport]) -> list:
     """The same of some k: by copies of this process, which have the room as it is."""
-    global _task
-    _task = read, [each for each in transports if each.visibility is not None]
-    try:
-        with ProcessPoolExecutor(threads.CORES, multiprocessing.get_context("fork"), _alone) as pool:
-            found = list(pool.map(_one, some))
-        for _, rays in found:
-            for transport, more in zip(_task[1], rays, strict=True):
-                transport.visibility.rays += more
-    finally:
-        _task = None
+    casting = [transport for transport in transports if transport.visibility is not None]
+    fork = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(threads.CORES, fork, _begin, (read, casting)) as pool:
+        found = list(pool.map(_one, some))
+    for _, rays in found:
+        for transport, more in zip(casting, rays, strict=True):
+            transport.visibility.rays += more
     return [value for value, _ in found]
 
 
-def _alone() -> None:
-    threads.CORES = 1
+def _begin(read: Callable[[int], object], casting: list[Transport]) -> None:
+    """In a copy, which is forked and so is handed both as they are."""
+    global _task
+    _task, threads.CORES = (read, casting), 1
 
 
 def _one(k: int) -> tuple[object, list[int]]:
-    read, transports = _task
-    before = [each.visibility.rays for each in transports]
+    read, casting = _task
+    before = [transport.visibility.rays for transport in casting]
     value = read(k)
-    return value, [each.visibility.rays - rays for each, rays in zip(transports, before, strict=True)]
+    return value, [transport.visibility.rays - rays for transport, rays in zip(casting, before, strict=True)]
