@@ -18,7 +18,7 @@ from renderer.colour.lamps import band_flux, illuminant, spectral_flux
 from renderer.colour.tables import cie_1931, munsell_chips
 from renderer.readings.alpha_opic import efficacy
 from renderer.readings.colorimetry import colour_of
-from renderer.readings.reconstruction import reconstructed
+from renderer.readings.spectrum import reconstructed
 
 LAMPS = ("D65", "A", "FL2", "FL11", "LED-B3")
 QUANTITIES = ("x, y", "CCT %", "Duv", "Ra", "Rf", "Rg", "α-opic %")

@@ -26,9 +26,9 @@ from performance import timed
 from scipy.ndimage import binary_dilation
 
 from renderer.pictures.camera import look, pinhole
-from renderer.solution import solve
+from renderer.solving.solution import solve
 from renderer.studies.peers import mitsuba3, radiance
-from renderer.studies.peers.handover import LONGEST, CannotRun, Handover, hand_over
+from renderer.studies.peers.export import MAX_EDGE, CannotRun, Handover, hand_over
 
 SIZE = (512, 384)
 ERROR = 0.01
@@ -190,7 +190,7 @@ def to_one_percent(seconds: list[float], errors: tuple[float, ...]) -> float:
 def placed(scene):
     """The room as peers have it, the eye there, and the camera."""
     room, camera = hand_over(scene), pinhole(camera_of(scene))
-    return room, (camera.position - scene.room.bounds.mean(axis=0)) * LONGEST / scene.room.scale, camera
+    return room, (camera.position - scene.room.bounds.mean(axis=0)) * MAX_EDGE / scene.room.scale, camera
 
 
 def mitsuba_pictures(process, scene, paths: tuple[int, ...]):
@@ -209,10 +209,10 @@ def draw_in_mitsuba(room: Handover, eye: np.ndarray, camera, spp: int, seed: int
     import mitsuba as mi
 
     to_world = mi.ScalarTransform4f().look_at(origin=eye.tolist(), up=camera.axes[1].tolist(),
-                                              target=(eye + LONGEST * camera.axes[2]).tolist())
+                                              target=(eye + MAX_EDGE * camera.axes[2]).tolist())
     sensor = mi.load_dict({
         "type": "perspective", "fov": float(2 * np.degrees(np.arctan(camera.spread))), "fov_axis": "x",
-        "to_world": to_world, "near_clip": 1e-6 * LONGEST, "far_clip": 10 * LONGEST,
+        "to_world": to_world, "near_clip": 1e-6 * MAX_EDGE, "far_clip": 10 * MAX_EDGE,
         "sampler": {"type": "multijitter", "sample_count": spp},
         "film": {"type": "hdrfilm", "width": camera.width, "height": camera.height, "pixel_format": "rgb",
                  "rfilter": {"type": "box"}}})

@@ -22,15 +22,15 @@ import renderer  # before numpy: it has BLAS not wait on our cores
 import numpy as np
 
 from renderer.pictures.camera import look
-from renderer.plan import Plan
 from renderer.readings.photometer import make_meter
-from renderer.rooms import Rooms
 from renderer.scene.reading import packaged_scenes
-from renderer.solution import solve, solve_on
-from renderer.transport.form_factors import contour_exchange, look_across
-from renderer.transport.hemisphere import cast, count
-from renderer.transport.mesh import build_mesh
-from renderer.transport.visibility import Visibility
+from renderer.solving.plan import Plan
+from renderer.solving.solution import solve, solve_on
+from renderer.solving.transport_store import TransportStore
+from renderer.transport.factors.hemisphere_rays import cast, count
+from renderer.transport.factors.pair_rays import contour_exchange, probe_pairs
+from renderer.transport.mesh.build import build_mesh
+from renderer.transport.rays.ray_scene import RayScene
 
 BOX = """[room]
 size = [4.0, 4.0, 3.0]
@@ -84,10 +84,10 @@ def factors() -> None:
     crate = mesh_of(BOX + CRATE, 0.247)
 
     def by_pairs(rays: int):
-        return contour_exchange(crate, look_across(crate, Visibility(crate), rays, (0,)))[0]
+        return contour_exchange(crate, probe_pairs(crate, RayScene(crate), rays, (0,)))[0]
 
     def by_hemispheres(rays: int, seed: int = 0):
-        return count(crate, cast(crate, Visibility(crate), rays, (seed,)))
+        return count(crate, cast(crate, RayScene(crate), rays, (seed,)))
 
     truth = to_surfaces(crate, by_hemispheres(REFERENCE_RAYS, 1))
     for way, name in ((by_pairs, "rays between doubtful pairs"), (by_hemispheres, "rays all over")):
@@ -109,7 +109,7 @@ def peer(mesh, truth: np.ndarray | None) -> None:
     except ImportError:
         print("pyviewfactor is not installed: pip install pyviewfactor numba")
         return
-    kept = np.ones(len(mesh.patches), dtype=bool) if truth is None else Visibility(mesh).exposed
+    kept = np.ones(len(mesh.patches), dtype=bool) if truth is None else RayScene(mesh).exposed
     body = pyvista.PolyData(mesh.vertices, np.concatenate([[4, *patch] for patch in mesh.patches[kept]]))
     walls = None if truth is None else body
     matrix = pyviewfactor.compute_viewfactor_matrix
@@ -129,12 +129,12 @@ def reuse() -> None:
         scene = renderer.load(name)
 
         def first(scene=scene):
-            rooms = Rooms()
-            return rooms, solve(scene, "31", rooms=rooms)
+            store = TransportStore()
+            return store, solve(scene, "31", store=store)
 
-        cold, (rooms, solved) = timed(first)
-        again, _ = timed(lambda scene=scene, rooms=rooms: solve(scene, "31", rooms=rooms))
-        three, _ = timed(lambda scene=scene, rooms=rooms: solve(scene, "rgb", rooms=rooms))
+        cold, (store, solved) = timed(first)
+        again, _ = timed(lambda scene=scene, store=store: solve(scene, "31", store=store))
+        three, _ = timed(lambda scene=scene, store=store: solve(scene, "rgb", store=store))
         patches = len(solved.transport.mesh.patches)
         print(f"{name}, {patches} patches: first solve {cold:.2f} s, another material {again:.3f} s "
               f"({again / cold:.1%}); the same in RGB {three:.3f} s")
@@ -207,10 +207,10 @@ def growth() -> None:
     scene, found = renderer.load("furnished_room"), []
     spot = scene.photometers[0]
     for size in (0.126, 0.04, 0.0126):
-        rooms, plan = Rooms(), Plan(size, 64, ())
+        store, plan = TransportStore(), Plan(size, 64, ())
         started = time.perf_counter()
-        transport = rooms.transport(scene, plan, 0)
-        solution = solve_on(scene, scene.band_set("31"), plan, rooms, transport)
+        transport = store.transport(scene, plan, 0)
+        solution = solve_on(scene, scene.band_set("31"), plan, store, transport)
         direct, indirect = solution.read(make_meter(transport, np.array(spot.position), np.array(spot.normal),
                                                     spot.name))
         seconds = time.perf_counter() - started

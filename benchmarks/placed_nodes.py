@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 from renderer.colour.bands import band_set
 from renderer.colour.lamps import band_flux, illuminant, power_at_1_nm
 from renderer.colour.materials import Material
-from renderer.colour.nodes import luminous_at_1_nm, node_weights, place_nodes, placed
+from renderer.colour.nodes import luminous_at_1_nm, node_weights, nodes_for_lamps, place_nodes
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931
 from renderer.scene.reading import load
@@ -59,7 +59,7 @@ def told(found: np.ndarray) -> str:
 def of_lamps(lamps: dict[str, Spectrum], lumens: dict[str, float] | None = None) -> None:
     """Print one set of nodes for some lamps, and what each node stands for."""
     lights = {name: luminous_at_1_nm(power_at_1_nm(lamp)) for name, lamp in lamps.items()}
-    nodes = placed(list(lights.values()), [(lumens or {}).get(name, 1.0) for name in lights]).nodes
+    nodes = nodes_for_lamps(list(lights.values()), [(lumens or {}).get(name, 1.0) for name in lights]).nodes
     print(f"{'nm':24}", "  ".join(f"{x:6.0f}" for x in nodes))
     for name, light in lights.items():
         print(f"{name:24}", "  ".join(f"{x:6.4f}" for x in node_weights(light, nodes)))
@@ -73,11 +73,11 @@ def study() -> None:
     print(f"{len(curves)} reflectances; error of E_T/E_D [%]: mean, 95th percentile, largest")
     every = []
     for name in LAMPS:
-        bands = placed([lights[name]], [1.0])
+        bands = nodes_for_lamps([lights[name]], [1.0])
         every.append(errors(lamps[name], bands, curves))
         print(f"{name:10} {' '.join(f'{x:.0f}' for x in bands.nodes)}  {told(every[-1])}")
     print(f"each lamp its own nodes            {told(np.concatenate(every))}")
-    common = placed(list(lights.values()), [1.0] * len(LAMPS))
+    common = nodes_for_lamps(list(lights.values()), [1.0] * len(LAMPS))
     alike = np.concatenate([errors(lamps[name], common, curves) for name in LAMPS])
     print(f"one set: {' '.join(f'{x:.0f}' for x in common.nodes)}   {told(alike)}")
     for count in COUNTS:

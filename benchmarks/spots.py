@@ -14,7 +14,7 @@ import renderer
 from renderer.pictures.camera import look
 from renderer.pictures.report.bars import patch_bars, shadow_bars
 from renderer.readings.photometer import make_meter
-from renderer.transport.field import seen_from
+from renderer.transport.sensors import seen_from
 
 
 def main(accuracy: float = 0.02, spots: int = 150, *scenes: str) -> None:

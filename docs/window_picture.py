@@ -10,9 +10,9 @@ from pathlib import Path
 
 from PIL import Image
 
-from renderer.rooms import Rooms
 from renderer.scene.reading import load
-from renderer.studies.viewing import make_window
+from renderer.solving.transport_store import TransportStore
+from renderer.studies.view import make_window
 
 DOCS = Path(__file__).parent
 
@@ -22,7 +22,9 @@ server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", "
 os.close(writing)
 with os.fdopen(reading) as number, tempfile.TemporaryDirectory() as folder:
     os.environ["DISPLAY"] = f":{number.readline().strip()}"
-    window = make_window(load("furnished_room"), None, None, None, Rooms(), Path(folder), lambda step: None)
+    window = make_window(
+        load("furnished_room"), None, None, None, TransportStore(), Path(folder), lambda step: None
+    )
     window.plotter.show(interactive_update=True, auto_close=False)
     for key in ("c", "o"):
         window.press(key)

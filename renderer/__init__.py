@@ -26,7 +26,7 @@ def __getattr__(name: str):
 
         return load
     if name == "solve":
-        from renderer.solution import Solution, solve
+        from renderer.solving.solution import Solution, solve
 
         # A solution knows neither pictures nor xarray, which come after it: here it is given both.
         Solution._repr_html_, Solution.to_xarray = _repr_html_, to_xarray
@@ -42,10 +42,10 @@ def _repr_html_(solution) -> str:
 
 
 def to_xarray(solution):
-    """Light on every patch of a solution as an xarray.Dataset, with names and units (renderer.dataset).
+    """Light on every patch of a solution as an xarray.Dataset, with names and units.
 
     Raises ImportError where there is no xarray.
     """
-    from renderer.dataset import dataset
+    from renderer.records.xarray_dataset import dataset
 
     return dataset(solution)

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from renderer.scene.reading import Scene, load
+from renderer.scene.reading import load
+from renderer.scene.scene import Scene
 
 ROOT = Path(__file__).parent.parent
 

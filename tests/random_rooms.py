@@ -7,8 +7,9 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.readings.photometer import make_meter
-from renderer.scene.reading import Scene, load
-from renderer.solution import solve, solve_on
+from renderer.scene.reading import load
+from renderer.scene.scene import Scene
+from renderer.solving.solution import solve, solve_on
 from renderer.transport.transport import compute_transport
 
 POINTS = 4
@@ -118,7 +119,7 @@ def compare_with_finer(scene: Scene, accuracy: float) -> list[tuple[float, float
     plan = solution.plan
     finer = replace(plan, patch_size=plan.patch_size / FINER[plan.rays > 0], rays=min(16 * plan.rays, 8192))
     transport = compute_transport(scene, finer.patch_size, finer.rays, seed=99)
-    truth = solve_on(scene, solution.bands, finer, solution.rooms, transport)
+    truth = solve_on(scene, solution.bands, finer, solution.store, transport)
     rows = []
     for spot in scene.photometers:
         try:

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.transport.aim import aimed, spread
-from renderer.transport.contour import exchanged, polygon_factors
-from renderer.transport.direct import visible_share
-from renderer.transport.mesh import build_mesh
-from renderer.transport.sampling import Nets
-from renderer.transport.visibility import Visibility
+from renderer.transport.direct.aim import aimed, spread
+from renderer.transport.direct.direct import visible_share
+from renderer.transport.factors.contour import exchanged, polygon_factors
+from renderer.transport.mesh.build import build_mesh
+from renderer.transport.rays.ray_scene import RayScene
+from renderer.transport.rays.sampling import Nets
 
 FACING = {"center": [2.0, 2.0, 3.0], "normal": [0, 0, -1], "luminance": 1000.0}
 RECTANGLE = {"shape": "rectangle", "size": [1.2, 0.8], **FACING}
@@ -47,7 +47,7 @@ def test_eight_rays_between_blades_under_a_large_face_are_right_in_the_mean(room
     blade = {"shape": "box", "position": [1.90, 0.2, 2.7], "size": [0.02, 3.6, 0.2]}
     scene = room(luminaires=[{**RECTANGLE, "size": [3.6, 3.6]}], objects=[blade])
     luminaire = scene.luminaires[0]
-    visibility = Visibility(build_mesh(scene, scene.luminaires, 0.5))
+    ray_scene = RayScene(build_mesh(scene, scene.luminaires, 0.5))
     point, normal = np.array([2.05, 2.0, 2.8]), np.array([-1.0, 0.0, 0.0])
     # Past the blade's upper edge the face is seen from where the line from the point over that edge ends.
     seen = luminaire.outline.copy()
@@ -55,7 +55,7 @@ def test_eight_rays_between_blades_under_a_large_face_are_right_in_the_mean(room
     truth, whole = (polygon_factors(point[None], normal[None], polygon[None])[0]
                     for polygon in (seen, luminaire.outline))
     points, normals = (np.repeat(each[None], 4000, axis=0) for each in (point, normal))
-    share = visible_share(points, normals, luminaire, visibility, 8, (0,), 1)[0]
+    share = visible_share(points, normals, luminaire, ray_scene, 8, (0,), 1)[0]
     error = share.std() / np.sqrt(len(share))
     # A quotient of means is biased by the variance of what a point brings over n, here a hundredth.
     assert share.mean() == pytest.approx(truth / whole, abs=3 * error + 0.01)

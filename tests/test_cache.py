@@ -9,12 +9,12 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
-from renderer import cache
-from renderer.cache import Cache
 from renderer.errors import CacheWarning
-from renderer.plan import make_plan
-from renderer.rooms import Rooms
-from renderer.solution import solve
+from renderer.solving.plan import make_plan
+from renderer.solving.solution import solve
+from renderer.solving.transport_store import TransportStore
+from renderer.system import cache
+from renderer.system.cache import Cache
 from renderer.transport import transport
 
 CRATE = {"shape": "box", "name": "crate", "position": [0.5, 0.5, 0.0], "size": [1.0, 1.0, 1.0]}
@@ -65,7 +65,7 @@ def test_the_file_not_used_for_longest_goes_first(tmp_path, monkeypatch):
     for age, path in enumerate(sorted(tmp_path.glob("*.kept"))):
         os.utime(path, (1e9 - age, 1e9 - age))  # c was used last, by the names' own order of age
     oldest = min(tmp_path.glob("*.kept"), key=lambda path: path.stat().st_mtime)
-    monkeypatch.setattr(cache, "LIMIT", size)
+    monkeypatch.setattr(cache, "MAX_CACHE_BYTES", size)
     kept.arrays("d", made)
     assert not oldest.exists()
     assert len(list(tmp_path.glob("*.kept"))) == 3
@@ -81,7 +81,7 @@ def test_a_folder_of_that_name_is_left_alone(tmp_path):
 
 
 def test_what_is_too_large_is_not_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(cache, "LARGEST", 100)
+    monkeypatch.setattr(cache, "MAX_ENTRY_BYTES", 100)
     Cache(tmp_path).arrays("one", made)
     assert not list(tmp_path.iterdir())
 
@@ -113,13 +113,17 @@ def test_processes_at_once_do_no_harm(tmp_path):
 
 @pytest.mark.parametrize("objects", [(), (CRATE,)])
 def test_a_kept_room_gives_the_same_numbers_and_casts_no_ray(room, tmp_path, monkeypatch, objects):
-    first = solve(room(objects=objects, photometers=[METER]), accuracy=0.05, rooms=Rooms(Cache(tmp_path)))
+    first = solve(
+        room(objects=objects, photometers=[METER]), accuracy=0.05, store=TransportStore(Cache(tmp_path))
+    )
     read = first.photometers()[0]
     for work in ("cast", "count", "contour_exchange", "direct_on_patches", "look_round"):
         monkeypatch.setattr(transport, work, lambda *args: never())
     # Another material, lamp power and meter: the geometry is the same.
-    solve(room(rho=0.8, objects=objects), accuracy=0.05, rooms=Rooms(Cache(tmp_path)))
-    again = solve(room(objects=objects, photometers=[METER]), accuracy=0.05, rooms=Rooms(Cache(tmp_path)))
+    solve(room(rho=0.8, objects=objects), accuracy=0.05, store=TransportStore(Cache(tmp_path)))
+    again = solve(
+        room(objects=objects, photometers=[METER]), accuracy=0.05, store=TransportStore(Cache(tmp_path))
+    )
     np.testing.assert_array_equal(again.radiosity, first.radiosity)
     same = again.photometers()[0]
     assert (same.total_lx, same.uncertainty) == (read.total_lx, read.uncertainty)
@@ -131,7 +135,7 @@ def test_another_geometry_setting_or_program_has_its_own(room, tmp_path, monkeyp
     def files(**changed):
         scene = room(objects=[{**CRATE, **changed.get("crate", {})}])
         plan = make_plan(scene, changed.get("accuracy", 0.05), None)
-        Rooms(kept).transport(scene, plan, changed.get("seed", 0))
+        TransportStore(kept).transport(scene, plan, changed.get("seed", 0))
         return len(list(kept.folder.iterdir()))
 
     counts = [files(), files(), files(crate={"rotation": 10.0}), files(accuracy=0.03), files(seed=1)]

@@ -161,7 +161,7 @@ def test_a_wrong_call_is_one_line_and_exit_code_2(run, folder, arguments, words)
 @pytest.mark.parametrize("command", [("photometer",), ("luminance", "--look-at", "2,2,0"),
                                      ("ugr", "--look-at", "2,2,0")])
 def test_a_point_outside_the_room_is_refused_before_it_is_solved(here, folder, monkeypatch, command):
-    monkeypatch.setattr("renderer.accuracy.solve_until", lambda *rest: pytest.fail("it is solved"))
+    monkeypatch.setattr("renderer.solving.refine.solve_until", lambda *rest: pytest.fail("it is solved"))
     done = here(command[0], "room.toml", *command[1:], "--at", "9,9,9", cwd=folder)
     assert done.returncode == 2
     assert "--at is [9, 9, 9], outside the room" in done.stderr

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from renderer.errors import InputError, SolveError
-from renderer.rooms import Rooms
-from renderer.solution import solve
+from renderer.solving.solution import solve
+from renderer.solving.transport_store import TransportStore
 from renderer.studies import cluster as module
 from renderer.studies.cluster import as_done, connected, rows_on
-from renderer.transport import form_factors, hemisphere
-from renderer.transport.hemisphere import cast
+from renderer.transport.factors import hemisphere_rays, pair_rays
+from renderer.transport.factors.hemisphere_rays import cast
 from renderer.transport.transport import compute_transport
 
 CRATE = {"shape": "box", "position": [1.0, 1.0, 0.0], "size": [1.0, 1.0, 1.0]}
@@ -31,13 +31,13 @@ def cluster():
 @pytest.fixture
 def small_blocks(monkeypatch):
     """Blocks of 16 patches at 1,024 rays, and no room too small to be sent."""
-    monkeypatch.setattr(hemisphere, "CHUNK", 1 << 14)
-    monkeypatch.setattr(hemisphere, "SENT", 0)
+    monkeypatch.setattr(hemisphere_rays, "CHUNK", 1 << 14)
+    monkeypatch.setattr(hemisphere_rays, "RAYS_WORTH_SENDING", 0)
 
 
 def test_rows_from_a_cluster_are_those_cast_here_though_a_worker_dies(cluster, small_blocks, room):
     transport = compute_transport(room(objects=[CRATE]), 0.4, 1024, 0)
-    mesh, visibility = transport.mesh, transport.visibility
+    mesh, ray_scene = transport.mesh, transport.ray_scene
     starts, before = [], [worker.pid for worker in cluster.workers.values()]
 
     def rows(*asked):
@@ -47,31 +47,31 @@ def test_rows_from_a_cluster_are_those_cast_here_though_a_worker_dies(cluster, s
             starts.append(start)
             yield start, block, taken
 
-    visibility.rays = 0
-    here = cast(mesh, visibility, 1024, (0, 1))
-    cast_here, visibility.rays = visibility.rays, 0
-    there = cast(mesh, visibility, 1024, (0, 1), rows)
+    ray_scene.rays = 0
+    here = cast(mesh, ray_scene, 1024, (0, 1))
+    cast_here, ray_scene.rays = ray_scene.rays, 0
+    there = cast(mesh, ray_scene, 1024, (0, 1), rows)
     assert sorted(starts) == list(range(0, len(mesh.patches), 16))  # each once
     assert there.dtype == here.dtype == np.int32
     assert np.array_equal(there, here)
-    assert visibility.rays == cast_here
+    assert ray_scene.rays == cast_here
     assert (here < 0).any()  # under the crate
-    assert not np.array_equal(here, cast(mesh, visibility, 1024, (1, 1)))
+    assert not np.array_equal(here, cast(mesh, ray_scene, 1024, (1, 1)))
 
 
 def test_a_solution_is_the_same_and_small_rooms_are_not_sent(cluster, room, monkeypatch):
     scene, sent = room(objects=[CRATE], photometers=[METER]), []
-    monkeypatch.setattr(form_factors, "MOST_PATCHES", 0)  # as in a large mesh, rays all over
+    monkeypatch.setattr(pair_rays, "MAX_PATCHES_FOR_PAIR_RAYS", 0)  # as in a large mesh, rays all over
 
     def rows(mesh, *rest):
         sent.append(len(mesh.patches))
         return rows_on(cluster.scheduler_address)(mesh, *rest)
 
-    here = solve(scene, "rgb", 0.05, rooms=Rooms(elsewhere=rows))
+    here = solve(scene, "rgb", 0.05, store=TransportStore(elsewhere=rows))
     assert not sent
     hits = here.transport.hits.size
-    monkeypatch.setattr(hemisphere, "SENT", hits)  # this mesh, not the coarser one
-    there = solve(scene, "rgb", 0.05, rooms=Rooms(elsewhere=rows))
+    monkeypatch.setattr(hemisphere_rays, "RAYS_WORTH_SENDING", hits)  # this mesh, not the coarser one
+    there = solve(scene, "rgb", 0.05, store=TransportStore(elsewhere=rows))
     assert repr(there.photometers()) == repr(here.photometers())
     assert np.array_equal(there.radiosity, here.radiosity)
     assert sent == [len(here.transport.mesh.patches)]

@@ -11,8 +11,8 @@ from renderer.colour.lamps import band_flux, illuminant, power_at_1_nm, spectral
 from renderer.colour.tables import cie_1931, munsell_chips
 from renderer.readings.alpha_opic import RECEPTORS, alpha_opic, daylight_ratio, efficacy, equivalent_daylight
 from renderer.readings.colorimetry import colour_of
-from renderer.readings.reconstruction import reconstructed
-from renderer.report import lamps_record, reading_record
+from renderer.readings.spectrum import reconstructed
+from renderer.records.json_records import lamps_record, reading_record
 from renderer.studies.validation.colours import ALPHA_OPIC
 
 NM, OBSERVER = cie_1931()

@@ -17,7 +17,7 @@ import pytest
 from markdown_it import MarkdownIt
 from shown import differences
 
-from renderer.scene.model import SceneTable
+from renderer.scene.schema import SceneTable
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"

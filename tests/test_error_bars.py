@@ -10,12 +10,12 @@ from random_rooms import compare_with_finer, random_scene
 from traced import traced_lux
 
 import renderer
-from renderer.accuracy import solve_and_read
-from renderer.family import COARSER
-from renderer.plan import MAX_PATCHES_DENSE, MAX_RAYS, Plan, make_plan
 from renderer.readings.uncertainty import ORDER, half_widths
-from renderer.rooms import Rooms
-from renderer.survey import surface_luminances
+from renderer.solving.measure import surface_luminances
+from renderer.solving.mesh_sequence import MIN_PATCH_SIZE_RATIO
+from renderer.solving.plan import MAX_PATCHES_DENSE, MAX_RAYS, Plan, make_plan
+from renderer.solving.refine import solve_and_read
+from renderer.solving.transport_store import TransportStore
 
 UP = [0, 0, 1]
 TWICE = 2 ** (1 / ORDER)
@@ -89,8 +89,8 @@ def test_a_room_of_facets_smaller_than_patches_is_held_against_a_finer_one(tmp_p
     """)
     scene = renderer.load(tmp_path / "room.toml")
     loose = renderer.solve(scene, "rgb", 0.2)
-    one, other = loose.family.meshes
-    assert other.transport.mesh.size < one.transport.mesh.size / COARSER
+    one, other = loose.mesh_sequence.meshes
+    assert other.transport.mesh.size < one.transport.mesh.size / MIN_PATCH_SIZE_RATIO
     fine = renderer.solve(scene, "rgb", 0.002)
     assert len(fine.radiosity) > 2 * len(loose.radiosity)
     for position in ([0.5, 0.0, 0.0], [0.0, 0.0, -1.9]):
@@ -155,14 +155,14 @@ def test_a_room_asked_for_very_finely_has_as_many_rays_as_memory_holds():
 
 
 def test_rooms_past_what_memory_holds_are_let_go_oldest_first(room, monkeypatch):
-    rooms, scene = Rooms(), room()
+    store, scene = TransportStore(), room()
     first, second, third = (Plan(size, 0, ()) for size in (1.0, 0.8, 0.6))
-    small = rooms.transport(scene, first, 0)
-    monkeypatch.setattr("renderer.rooms.KEPT", small.factors)
-    rooms.transport(scene, second, 0)
-    assert rooms.transport(scene, first, 0) is small
-    rooms.transport(scene, third, 0)
-    assert [key[1] for key in rooms.kept] == [0.6]
+    small = store.transport(scene, first, 0)
+    monkeypatch.setattr("renderer.solving.transport_store.MAX_KEPT_FACTORS", small.factors)
+    store.transport(scene, second, 0)
+    assert store.transport(scene, first, 0) is small
+    store.transport(scene, third, 0)
+    assert [key[1] for key in store.kept] == [0.6]
 
 
 def test_the_error_of_three_bands_is_named_and_a_grey_room_has_none(room):
@@ -187,7 +187,7 @@ def test_a_lamp_of_which_only_a_coarser_mesh_loses_light_is_not_refused(tmp_path
 def test_a_surface_that_a_coarser_mesh_has_not_is_known_to_all_of_itself_at_best(room):
     crate = {"shape": "box", "name": "crate", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
     solution = renderer.solve(room(0.5, objects=[crate]), "rgb", 0.05)
-    other = solution.family.meshes[1].transport
+    other = solution.mesh_sequence.meshes[1].transport
     other.exchange.areas[other.mesh.surface == solution.scene.surfaces.index("crate")] = 0.0
     found = {figure.name: figure for figure in surface_luminances(solution)}
     assert np.isfinite([figure.uncertainty for figure in found.values()]).all()

@@ -9,8 +9,8 @@ import renderer
 from renderer.readings.glare import rate
 from renderer.readings.photometer import make_meter
 from renderer.readings.uncertainty import Figure
-from renderer.rooms import Rooms
 from renderer.scene.reading import packaged_scenes
+from renderer.solving.transport_store import TransportStore
 
 COARSE = 0.3
 ABOVE = 1.5
@@ -21,12 +21,12 @@ POINTS = (2, 3)
 @pytest.fixture(scope="module")
 def solved():
     """A function that solves a packaged room once in each band set."""
-    rooms, kept = Rooms(), {}
+    store, kept = TransportStore(), {}
 
     def of(name, bands="rgb"):
         if (name, bands) not in kept:
             scene = renderer.load(packaged_scenes() / f"{name}.toml")
-            kept[name, bands] = renderer.solve(scene, bands, COARSE, rooms=rooms)
+            kept[name, bands] = renderer.solve(scene, bands, COARSE, store=store)
         return kept[name, bands]
 
     return of

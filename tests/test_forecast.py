@@ -8,14 +8,14 @@ import time
 import numpy as np
 import pytest
 
-from renderer import plan
-from renderer.accuracy import finer, solve_and_read
-from renderer.forecast import START, forecast
-from renderer.plan import Plan
 from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import load
-from renderer.solution import solve
-from renderer.survey import read_grid
+from renderer.solving import plan
+from renderer.solving.forecast import START, forecast
+from renderer.solving.measure import read_grid
+from renderer.solving.plan import Plan
+from renderer.solving.refine import finer, solve_and_read
+from renderer.solving.solution import solve
 
 CRATE = {"shape": "box", "name": "crate", "position": [0.5, 0.5, 0.0], "size": [1.0, 1.0, 1.0]}
 METER = {"name": "floor", "position": [2.5, 2.0, 0.0]}
@@ -32,7 +32,7 @@ def test_patches_rays_and_bands_are_what_then_happens(room, objects, accuracy):
     solution = solve(scene, "31", accuracy)
     solution.photometers()
     assert said.patches == len(solution.transport.mesh.patches)
-    assert said.other_patches == len(solution.family.meshes[1].transport.mesh.patches)
+    assert said.other_patches == len(solution.mesh_sequence.meshes[1].transport.mesh.patches)
     assert said.bands_solved == solution.bands_solved
     assert solution.transport.rays / 2 <= said.rays <= 2 * solution.transport.rays
 
@@ -127,7 +127,7 @@ def test_no_bar_is_expected_of_nothing(room):
 def test_memory_is_what_a_run_then_takes(tmp_path):
     # The largest memory that a process of its own ever had; the contract allows a factor of two.
     code = ("from pathlib import Path\nfrom renderer.scene.reading import load\n"
-            "from renderer.solution import solve\n"
+            "from renderer.solving.solution import solve\n"
             "solve(load('furnished_room'), accuracy=0.01).photometers()\n"
             "print(Path('/proc/self/status').read_text().split('VmHWM:')[1].split()[0])")
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True,

@@ -6,12 +6,12 @@ from exact import FORM_FACTORS, parallel_rectangles, perpendicular_rectangles, p
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from renderer.transport.contour import HORIZON, exchange_areas, point_factors, polygon_factors
-from renderer.transport.form_factors import contour_exchange
-from renderer.transport.hemisphere import cast, count
-from renderer.transport.mesh import build_mesh
-from renderer.transport.patches import Mesh
-from renderer.transport.visibility import Visibility
+from renderer.transport.factors.contour import HORIZON, exchange_areas, point_factors, polygon_factors
+from renderer.transport.factors.hemisphere_rays import cast, count
+from renderer.transport.factors.pair_rays import contour_exchange
+from renderer.transport.mesh.build import build_mesh
+from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.rays.ray_scene import RayScene
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
 FACING = SQUARE[::-1] + [0, 0, 1]
@@ -137,7 +137,7 @@ def test_an_empty_room_is_closed_from_every_patch(box):
 @pytest.mark.parametrize("operator", ["contour", "rays"])
 def test_the_operator_is_closed_reciprocal_and_positive(box, operator):
     exchange = contour_exchange(box)[0] if operator == "contour" else count(
-        box, cast(box, Visibility(box), 256, (0,)))
+        box, cast(box, RayScene(box), 256, (0,)))
     matrix = exchange.matrix if isinstance(exchange.matrix, np.ndarray) else exchange.matrix.toarray()
     assert (matrix >= 0).all()
     np.testing.assert_allclose(matrix, matrix.T, rtol=0, atol=1e-15)
@@ -147,7 +147,7 @@ def test_the_operator_is_closed_reciprocal_and_positive(box, operator):
 
 def test_rays_and_contours_give_one_operator(box):
     exact = contour_exchange(box)[0].matrix
-    counted = count(box, cast(box, Visibility(box), 4096, (0,))).matrix
+    counted = count(box, cast(box, RayScene(box), 4096, (0,))).matrix
     member = np.eye(box.surface.max() + 1)[box.surface]
     # Between whole faces, floor to ceiling: 64 patches × 4096 rays would err by 0.014 m² if they were
     # independent (16 m² × √(0.28 · 0.72 / 262144)); middles of far patches err by up to 0.5 % of 4.5 m².
@@ -168,25 +168,25 @@ def test_whole_faces_exchange_what_the_closed_form_says(room):
 def test_no_pair_is_hidden_in_an_empty_box_wherever_it_stands(box, move):
     moved = Mesh(box.vertices + move, box.patches, box.surface, box.vertex_surface, box.twin,
                  box.covered, box.obstacles, box.shell + move, box.shell + move)
-    visibility = Visibility(moved)
+    ray_scene = RayScene(moved)
     i, j = np.triu_indices(len(moved.patches), 1)
     apart = np.abs(((moved.centroid[j] - moved.centroid[i]) * moved.normal[i]).sum(axis=1)) > 1e-6
     i, j = i[apart], j[apart]
-    a = visibility.off(moved.centroid[i], moved.normal[i])
-    b = visibility.off(moved.centroid[j], moved.normal[j])
-    assert visibility.clear(a, b).all()
+    a = ray_scene.off(moved.centroid[i], moved.normal[i])
+    b = ray_scene.off(moved.centroid[j], moved.normal[j])
+    assert ray_scene.clear(a, b).all()
 
 
 def test_a_thin_partition_hides_all_that_is_behind_it(room):
     sheet = {"shape": "box", "position": [2.0, 0.0, 0.0], "size": [1e-4, 4.0, 3.0]}
     mesh = mesh_of(room(objects=[sheet], luminaires=()), 0.5)
-    visibility = Visibility(mesh)
+    ray_scene = RayScene(mesh)
     left = np.flatnonzero((mesh.centroid[:, 0] < 2) & (mesh.surface < 6))
     right = np.flatnonzero((mesh.centroid[:, 0] > 2.0001) & (mesh.surface < 6))
     i, j = (x.ravel() for x in np.meshgrid(left, right))
-    a = visibility.off(mesh.centroid[i], mesh.normal[i])
-    b = visibility.off(mesh.centroid[j], mesh.normal[j])
-    assert not visibility.clear(a, b).any()
+    a = ray_scene.off(mesh.centroid[i], mesh.normal[i])
+    b = ray_scene.off(mesh.centroid[j], mesh.normal[j])
+    assert not ray_scene.clear(a, b).any()
 
 
 @pytest.mark.parametrize("solid", ["sphere", "cylinder", "box"])

@@ -14,7 +14,7 @@ from renderer.colour.materials import Material
 from renderer.colour.munsell import munsell_chip
 from renderer.colour.tables import munsell_chips
 from renderer.colour.upsampling import cube, mallett_2019, munsell_eigen
-from renderer.rooms import Rooms
+from renderer.solving.transport_store import TransportStore
 from renderer.studies.gamut import (
     CEILING,
     MODELS,
@@ -29,7 +29,7 @@ from renderer.studies.gamut import (
     within,
 )
 from renderer.studies.gamut_files import COLUMNS
-from renderer.studies.room import painted_material, painted_room
+from renderer.studies.repainted_room import painted_material, painted_room
 
 PLACE = sumpner(illuminant("D65", "test"))
 FUNCTIONAL, WEIGHTS = continuum()
@@ -180,7 +180,7 @@ def silent(_step):
 
 def test_a_closed_room_of_one_paint_has_its_mean_luminance(room):
     scene = room(0.5, luminaires=[POINT], photometers=[METER], solver={"patch_size": 0.8})
-    place, error = painted_room(scene, "paint", None, None, Rooms(), silent)
+    place, error = painted_room(scene, "paint", None, None, TransportStore(), silent)
     assert error < 1e-6
     rho = np.array([0.0, 0.05, 0.4, 0.77, 0.98])
     for name, n in (("rgb", 3), ("31", 31)):
@@ -197,7 +197,7 @@ def test_a_painted_room_reads_what_solving_it_reads(room, faces):
     parts = {"luminaires": [POINT, {**POINT, "center": [3, 3, 2], "spectrum": "A"}], "objects": [crate],
              "photometers": [METER], "solver": {"patch_size": 0.8}, "faces": faces}
     scene = room(0.5, materials={"oak": {"munsell": "7.5YR 6/6"}}, **parts)
-    place, error = painted_room(scene, painted_material(scene, "paint"), None, None, Rooms(), silent)
+    place, error = painted_room(scene, painted_material(scene, "paint"), None, None, TransportStore(), silent)
     assert error < 1e-6
     chip = munsell_chip("10R 7/12", "test")
     painted = room({"munsell": "10R 7/12"}, materials={"oak": {"munsell": "7.5YR 6/6"}}, **parts)
@@ -211,7 +211,7 @@ def test_a_black_surface_has_no_luminance_and_one_that_only_a_laser_lights_no_rg
     (tmp_path / "laser.csv").write_text("649,0\n650,1\n651,0\n")
     scene = room(0.5, luminaires=[{**POINT, "spectrum": "laser.csv"}], photometers=[METER],
                  solver={"patch_size": 0.8})
-    place, _ = painted_room(scene, "paint", None, None, Rooms(), silent)
+    place, _ = painted_room(scene, "paint", None, None, TransportStore(), silent)
     for model, n in (("rgb", 3), ("prefiltered", 3), ("31", 31)):
         assert place.read(model, np.zeros((1, n)))[-1, 0] == 0
     green = np.array([[0.0, 0.9, 0.0]])
@@ -228,9 +228,9 @@ def test_the_largest_material_takes_the_colours_and_an_unknown_one_is_refused(ro
 
 def test_a_room_without_photometers_or_light_is_refused(room):
     with pytest.raises(renderer.InputError, match="photometers is empty"):
-        painted_room(room(), "paint", None, None, Rooms(), silent)
+        painted_room(room(), "paint", None, None, TransportStore(), silent)
     with pytest.raises(renderer.InputError, match="no light"):
-        painted_room(room(luminaires=[], photometers=[METER]), "paint", None, None, Rooms(), silent)
+        painted_room(room(luminaires=[], photometers=[METER]), "paint", None, None, TransportStore(), silent)
 
 
 def test_the_command_writes_the_stated_table(here, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 
 import renderer
 from renderer.readings.glare import position_index
-from renderer.survey import rate_glare
+from renderer.solving.measure import rate_glare
 
 SMALL = {"name": "small", "shape": "rectangle", "center": [2, 3.5, 3.0], "normal": [0, 0, -1],
          "size": [0.15, 0.15], "flux": 500.0}

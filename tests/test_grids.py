@@ -12,7 +12,7 @@ import renderer
 from renderer.readings.grid import summarise
 from renderer.readings.uncertainty import ORDER
 from renderer.scene.grids import Grid, cells, largest_cell
-from renderer.survey import read_grid
+from renderer.solving.measure import read_grid
 
 TWICE = 2 ** (1 / ORDER)
 """Patches so many times as long have errors twice as large, as they are taken."""

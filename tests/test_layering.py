@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parent.parent / "renderer"
-ORDER = ["errors", "lazy", "files", "cache", "colour", "scene", "transport", "plan", "readings",
-         "rooms", "side_by_side", "light", "family", "solution", "dataset", "survey", "accuracy", "pilot",
-         "forecast", "report", "pictures", "studies", "cli.terminal", "cli.options", "cli"]
+ORDER = ["errors", "system", "colour", "scene", "transport.mesh", "transport.rays", "transport.factors",
+         "transport.direct", "transport.radiosity", "transport.transport", "transport.sensors", "readings",
+         "solving.plan", "solving.transport_store", "solving.radiosity_field", "solving.mesh_sequence",
+         "solving.solution", "solving.measure", "solving.refine", "solving.pilot_solve", "solving.forecast",
+         "records", "pictures", "studies", "cli.terminal", "cli.options", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
 
 
@@ -48,15 +50,16 @@ def test_only_the_command_line_prints():
 
 def test_only_visibility_knows_embree():
     for path in FILES:
-        assert module(path) == "transport.visibility" or "embreex import" not in path.read_text(), path
+        assert module(path) == "transport.rays.ray_scene" or "embreex import" not in path.read_text(), path
         assert "import embreex" not in path.read_text(), path
 
 
 def test_single_precision_is_where_it_was_measured_harmless():
     # Embree's own, and what rays follow; Lambert's sum; factors of large meshes, and steps towards their
     # solution; a file format's.
-    known = {"transport.visibility", "transport.sampling", "transport.contour", "transport.lines",
-             "transport.exchange", "transport.solve", "pictures.exr"}
+    known = {"transport.rays.ray_scene", "transport.rays.sampling", "transport.factors.contour",
+             "transport.mesh.edge_lines", "transport.factors.exchange", "transport.radiosity.solve",
+             "pictures.exr"}
     assert known == {module(path) for path in FILES if "float32" in path.read_text()}
 
 

@@ -11,11 +11,11 @@ import renderer
 from renderer.scene.photometric.files import read_photometry
 from renderer.scene.reading import packaged_scenes
 from renderer.studies.luminaire import record_of
-from renderer.transport.contour import polygon_factors
-from renderer.transport.direct import unoccluded
-from renderer.transport.mesh import build_mesh
-from renderer.transport.mounting import seated
-from renderer.transport.openings import measured_flux
+from renderer.transport.direct.direct import unoccluded
+from renderer.transport.direct.openings import measured_flux
+from renderer.transport.factors.contour import polygon_factors
+from renderer.transport.mesh.build import build_mesh
+from renderer.transport.mesh.mounting import seated
 
 DEGREE = np.arange(0, 181, 1.0)
 COSINE = np.clip(np.cos(np.radians(DEGREE)), 0, None)
@@ -24,7 +24,7 @@ UPWARD = np.clip(-np.cos(np.radians(DEGREE)), 0, None)
 CHORDS = 1e-4
 """A cosine in steps of 1° is 2.5e-5 less between them; quadrature leaves about as much."""
 SHARP = 1e-3
-"""What two Gauss points leave at the kinks of a coarse table (renderer/transport/openings.py)."""
+"""What two Gauss points leave at the kinks of a coarse table (renderer/transport/direct/openings.py)."""
 
 
 @pytest.fixture

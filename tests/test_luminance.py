@@ -10,8 +10,8 @@ import renderer
 from renderer.pictures.camera import look
 from renderer.readings.luminance import cone, luminance_meter
 from renderer.readings.photometer import make_meter
-from renderer.studies.spots import spots_of
-from renderer.survey import mean_luminance, surface_luminances
+from renderer.solving.measure import mean_luminance, surface_luminances
+from renderer.studies.luminance_spots import spots_of
 
 CAMERA = '\n[camera]\nposition = [2, 0.1, 1.5]\nlook_at = [2, 4, 1.5]\nresolution = [64, 48]\n'
 

@@ -7,7 +7,7 @@ import pytest
 
 from renderer.colour.bands import band_set
 from renderer.colour.lamps import band_flux, illuminant, power_at_1_nm
-from renderer.colour.nodes import GRID, START, luminous_at_1_nm, node_weights, place_nodes, placed
+from renderer.colour.nodes import GRID, START, luminous_at_1_nm, node_weights, nodes_for_lamps, place_nodes
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931
 
@@ -31,7 +31,7 @@ def samples():
 @pytest.mark.parametrize("name", LAMPS)
 def test_paints_that_the_fit_has_not_seen_are_within_one_percent(name):
     light, (nm, curves) = light_of(name), samples()
-    bands = placed([light], [1.0])
+    bands = nodes_for_lamps([light], [1.0])
     flux = band_flux(illuminant(name, "test"), 1.0, bands, "test")
     assert (flux >= 0).all()
     truth = [light @ (1 / (1 - np.interp(cie_1931()[0], nm, c))) / light.sum() for c in curves]
@@ -94,7 +94,7 @@ def test_a_lamp_outside_what_is_seen_is_refused_as_in_every_band_set():
     from renderer.errors import InputError
 
     infrared = Spectrum(np.array([745.0, 750.0, 755.0]), np.array([0.0, 1.0, 0.0]))
-    for bands in (band_set("31"), placed([luminous_at_1_nm(power_at_1_nm(infrared))], [1.0])):
+    for bands in (band_set("31"), nodes_for_lamps([luminous_at_1_nm(power_at_1_nm(infrared))], [1.0])):
         with pytest.raises(InputError, match="has no light between"):
             band_flux(infrared, 100.0, bands, "scene.toml: luminaires 'lamp'")
 

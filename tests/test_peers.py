@@ -15,7 +15,7 @@ from renderer.cli.options import Output
 from renderer.cli.studies import validate
 from renderer.studies.peers import agreement, mitsuba3, radiance
 from renderer.studies.peers.agreement import Agreement, Row
-from renderer.studies.peers.handover import LIFT, LONGEST, CannotRun, Value, hand_over, value
+from renderer.studies.peers.export import LIFT, MAX_EDGE, CannotRun, Value, hand_over, value
 
 METER = {"name": "floor centre", "position": [2.0, 2.0, 0.0]}
 FLAT = {"center": [2.0, 2.0, 3.0], "normal": [0, 0, -1]}
@@ -48,7 +48,7 @@ def area(polygon):
 def test_a_lamp_handed_over_has_its_lumens(room, shape):
     scene = room(luminaires=[LAMPS[shape]])
     given = hand_over(scene)
-    scale = LONGEST / 4.0
+    scale = MAX_EDGE / 4.0
     flux = sum(pi * s.radiance * area(p) for s in given.surfaces if s.radiance is not None
                for p in s.polygons) + sum(4 * pi * p.intensity for p in given.points)
     assert flux @ given.luminous / scale**2 == pytest.approx(scene.luminaires[0].lumens, rel=1e-9)
@@ -60,14 +60,14 @@ def test_surfaces_handed_over_enclose_the_room_less_its_objects(room):
     # Divergence theorem; fronts face the light, so the room counts as −48 m³ and the crate as +1.
     volume = sum(p[0] @ np.cross(p[k] - p[0], p[k + 1] - p[0]) / 6 for s in given.surfaces
                  for p in s.polygons for k in range(1, len(p) - 1))
-    assert volume / (LONGEST / 4.0) ** 3 == pytest.approx(1.0 - 48.0, rel=1e-9)
+    assert volume / (MAX_EDGE / 4.0) ** 3 == pytest.approx(1.0 - 48.0, rel=1e-9)
     assert all(s.reflectance == pytest.approx(0.3) for s in given.surfaces)
 
 
 def test_a_meter_on_an_edge_is_handed_over_inside_the_room(room):
     given = hand_over(room(photometers=[{"position": [0.0, 0.0, 1.0], "normal": [1, 0, 0]}]))
-    off = LIFT * LONGEST
-    assert given.meters[0].position[:2] == pytest.approx([off - LONGEST / 2] * 2)
+    off = LIFT * MAX_EDGE
+    assert given.meters[0].position[:2] == pytest.approx([off - MAX_EDGE / 2] * 2)
 
 
 def test_the_radiance_text_holds_every_primitive_with_as_many_numbers_as_it_says(room):

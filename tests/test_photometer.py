@@ -9,9 +9,9 @@ from exact import point_to_parallel
 import renderer
 from renderer.readings import photometer
 from renderer.readings.photometer import _elements, make_meter, place
-from renderer.rooms import Rooms
-from renderer.transport.contour import polygon_factors
-from renderer.transport.visibility import STAND_OFF
+from renderer.solving.transport_store import TransportStore
+from renderer.transport.factors.contour import polygon_factors
+from renderer.transport.rays.ray_scene import STAND_OFF
 
 UP = [0, 0, 1]
 
@@ -88,11 +88,11 @@ def test_two_seeds_agree_within_their_error_bars(room):
 
 
 def test_the_error_bar_holds_against_a_much_finer_mesh(room):
-    rooms = Rooms()
+    store = TransportStore()
     for rho in (0.2, 0.5, 0.9):
         scene = room(rho)
-        loose = renderer.solve(scene, "rgb", 0.05, rooms=rooms)
-        fine = renderer.solve(scene, "rgb", 0.004, rooms=rooms)
+        loose = renderer.solve(scene, "rgb", 0.05, store=store)
+        fine = renderer.solve(scene, "rgb", 0.004, store=store)
         for spot, normal in (([2, 2, 0], UP), ([0.3, 0.3, 0], UP), ([2, 0, 1.5], [0, 1, 0])):
             guess, truth = loose.photometer(spot, normal), fine.photometer(spot, normal)
             assert abs(guess.total_lx - truth.total_lx) <= guess.uncertainty
@@ -182,12 +182,12 @@ def test_a_meter_in_a_penumbra_reads_what_the_open_part_of_the_lamp_gives(room):
 
 def test_a_second_paint_is_read_as_it_would_be_alone_and_casts_no_ray(room):
     box = {"shape": "box", "position": [2.5, 2.5, 0.0], "size": [0.5, 0.5, 1.0]}
-    rooms, meters = Rooms(), [{"name": "m", "position": [1.0, 1.0, 0.0], "normal": [0, 0, 1]}]
+    store, meters = TransportStore(), [{"name": "m", "position": [1.0, 1.0, 0.0], "normal": [0, 0, 1]}]
     first, second = (room(rho, objects=[box], photometers=meters) for rho in (0.2, 0.6))
-    renderer.solve(first, "rgb", 0.05, rooms=rooms).photometers()
-    cast = [each.rays for each in rooms.kept.values()]
-    after = renderer.solve(second, "rgb", 0.05, rooms=rooms)
+    renderer.solve(first, "rgb", 0.05, store=store).photometers()
+    cast = [each.rays for each in store.kept.values()]
+    after = renderer.solve(second, "rgb", 0.05, store=store)
     (kept,), (alone,) = after.photometers(), renderer.solve(second, "rgb", 0.05).photometers()
-    assert [each.rays for each in rooms.kept.values()] == cast
+    assert [each.rays for each in store.kept.values()] == cast
     assert kept.total_lx == alone.total_lx
     assert kept.uncertainty == alone.uncertainty

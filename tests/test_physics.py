@@ -7,7 +7,7 @@ from conftest import PANEL
 from exact import above_middle
 
 import renderer
-from renderer.rooms import Rooms
+from renderer.solving.transport_store import TransportStore
 
 LAMP = {"shape": "point", "center": [1.3, 2.2, 1.7], "flux": 1000.0}
 BOX = {"shape": "box", "position": [0.5, 1.0, 0.0], "size": [1.2, 0.7, 1.5]}
@@ -40,7 +40,7 @@ def test_what_is_emitted_is_absorbed(room, rho, objects):
 
 def test_white_furnace(room):
     # Walls of reflectance ρ that also emit (1 − ρ): the radiosity is 1 everywhere, exactly.
-    from renderer.transport.solve import radiosity
+    from renderer.transport.radiosity.solve import radiosity
 
     solution = renderer.solve(room(0.5, objects=[BOX], luminaires=[]), accuracy=0.05)
     exchange = solution.transport.exchange
@@ -75,9 +75,9 @@ def test_no_light_gives_zero_and_not_nan(room):
 
 
 def test_light_is_linear_in_the_lamp(room):
-    rooms = Rooms()
+    store = TransportStore()
     readings = [renderer.solve(room(0.6, luminaires=[{**LAMP, "flux": flux}]), bands="31",
-                               accuracy=0.05, rooms=rooms).photometer([2, 2, 0], [0, 0, 1]).total_lx
+                               accuracy=0.05, store=store).photometer([2, 2, 0], [0, 0, 1]).total_lx
                 for flux in (1e-12, 1000.0, 1e12)]
     assert readings[0] * 1e15 == pytest.approx(readings[1], rel=1e-9)
     assert readings[2] / 1e9 == pytest.approx(readings[1], rel=1e-9)

@@ -20,12 +20,11 @@ from renderer.pictures.report.files import scene_files
 from renderer.pictures.report.pack import CURVES, ERROR, SPAN, Pack
 from renderer.pictures.report.viewpoint import looks
 from renderer.readings.photometer import make_meter
-from renderer.rooms import Rooms
-from renderer.scene.model import CameraTable
 from renderer.scene.reading import load
-from renderer.studies import reporting
-from renderer.studies.reporting import LARGEST, save, solve_rooms
-from renderer.transport.field import direct_on, seen_from
+from renderer.scene.schema import CameraTable
+from renderer.solving.transport_store import TransportStore
+from renderer.studies.report import MAX_PAGE_BYTES, save, solve_rooms
+from renderer.transport.sensors import direct_on, seen_from
 
 CAMERA = CameraTable(position=(2.0, 0.0, 1.5), look_at=(2.0, 4.0, 1.4), fov=100, resolution=(64, 48))
 NASTY = """title = '<script>alert(1)</script> "O''Neil" & </script><!--'
@@ -54,7 +53,7 @@ def quiet(step):
 
 def written(scenes, out):
     """The page made of scenes, as text, and what was said about it."""
-    rooms = solve_rooms(scenes, 0.05, None, Rooms(), quiet)
+    rooms = solve_rooms(scenes, 0.05, None, TransportStore(), quiet)
     path, notes = save(rooms, "renderer report", out, quiet)
     return path.read_text(encoding="utf-8"), notes
 
@@ -144,8 +143,8 @@ def test_bars_stand_where_only_the_other_mesh_has_samples(room):
     crate = {"shape": "box", "position": [1.6, 2.2, 0.0], "size": [0.8, 0.8, 0.8]}
     solution = renderer.solve(room(0.5, objects=[crate]), bands="rgb", accuracy=0.1)
     own = patch_bars(solution)[1]
-    family = solution.family
-    solution.__dict__["family"] = replace(family, samples=family.meshes[1].by_parts())
+    mesh_sequence = solution.mesh_sequence
+    solution.__dict__["family"] = replace(mesh_sequence, samples=mesh_sequence.meshes[1].by_parts())
     theirs = patch_bars(solution)[1]
     assert np.isfinite(theirs).all()
     # As many rays a patch on patches twice as long: spread of the same order, not the same numbers.
@@ -223,7 +222,7 @@ def test_a_camera_of_many_pixels_is_shown_smaller(room):
 
 
 def test_what_cannot_be_made_small_is_said(room, tmp_path, monkeypatch):
-    monkeypatch.setattr(reporting, "LARGEST", 1000)
+    monkeypatch.setattr("renderer.studies.report.MAX_PAGE_BYTES", 1000)
     scene = replace(room(0.5), camera=CAMERA)
     _, notes = written([scene], tmp_path)
     assert len(notes) == 1
@@ -250,4 +249,4 @@ def test_the_deck_makes_a_file_that_a_mail_can_carry(run, tmp_path):
     said = run("report", cwd=tmp_path)
     assert said.returncode == 0, said.stderr
     assert "opens in any browser" in said.stdout
-    assert (tmp_path / "outputs" / "report.html").stat().st_size <= LARGEST
+    assert (tmp_path / "outputs" / "report.html").stat().st_size <= MAX_PAGE_BYTES

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderer.cli.rooms import DECK
+from renderer.cli.show import DECK
 from renderer.pictures.camera import look
 from renderer.pictures.image import exposure, tone_map, white_balance
-from renderer.rooms import Rooms
 from renderer.scene.reading import load
-from renderer.studies.reporting import save, solve_rooms
+from renderer.solving.transport_store import TransportStore
+from renderer.studies.report import save, solve_rooms
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")
@@ -34,7 +34,9 @@ def report(tmp_path_factory):
     """The deck's three rooms, seen smaller: where their page is, and the rooms as they were solved."""
     scenes = [load(name) for name in DECK]
     seen = scenes[0].camera.model_copy(update={"resolution": (320, 240)})
-    rooms = solve_rooms([replace(scene, camera=seen) for scene in scenes], None, None, Rooms(), _quiet)
+    rooms = solve_rooms(
+        [replace(scene, camera=seen) for scene in scenes], None, None, TransportStore(), _quiet
+    )
     folder = tmp_path_factory.mktemp("report")
     return save(rooms, "renderer report", folder, _quiet)[0], rooms
 
@@ -265,7 +267,9 @@ def test_names_that_are_code_are_shown_as_text(browser, tmp_path, room):
 name = "</script><img src=x onerror=alert(2)>"
 position = [2, 2, 0]
 """)
-    file, _ = save(solve_rooms([load(path)], 0.1, None, Rooms(), _quiet), "renderer report", tmp_path, _quiet)
+    file, _ = save(
+        solve_rooms([load(path)], 0.1, None, TransportStore(), _quiet), "renderer report", tmp_path, _quiet
+    )
     opened(browser, file)
     assert browser.title == "<script>alert(1)</script>=1+1"
     assert browser.find_elements("css selector", "img") == []

@@ -10,12 +10,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import renderer
-from renderer.report import escaped
+from renderer.records.json_records import escaped
 from renderer.scene.flat import flat_parts, polygon, rectilinear
-from renderer.scene.mesh_rooms import mesh_room
-from renderer.scene.meshes import load_solid
-from renderer.scene.rooms import outline_room, outside
-from renderer.transport.polygons import triangulated
+from renderer.scene.mesh_files import load_solid
+from renderer.scene.room import outline_room, outside
+from renderer.scene.room_from_mesh import mesh_room
+from renderer.transport.mesh.triangulation import triangulated
 
 L = [[0, 0], [5, 0], [5, 3], [2, 3], [2, 6], [0, 6]]
 U = [[0, 0], [6, 0], [6, 5], [4, 5], [4, 2], [2, 2], [2, 5], [0, 5]]

@@ -10,7 +10,7 @@ import renderer
 from renderer.scene.flat import flat_parts
 from renderer.scene.geometry import object_mesh
 from renderer.scene.reading import packaged_scenes
-from renderer.transport.mesh import build_mesh
+from renderer.transport.mesh.build import build_mesh
 
 GREY = (packaged_scenes() / "grey_room.toml").read_text()
 

@@ -10,20 +10,20 @@ from scipy.stats import chi2
 
 import renderer
 from renderer.scene.reading import load
-from renderer.transport import form_factors
-from renderer.transport.aim import spread
-from renderer.transport.direct import may_be_shadowed
-from renderer.transport.exchange import balance
-from renderer.transport.form_factors import contour_exchange, look_across
-from renderer.transport.hemisphere import cast, count, probed
-from renderer.transport.mesh import build_mesh
-from renderer.transport.mounting import seated, stand_off
-from renderer.transport.parts import departures, half_samples, independent
-from renderer.transport.sampling import REPLICAS
-from renderer.transport.shafts import clusters, doubtful_pairs, may_be_hidden
-from renderer.transport.solve import radiosity
+from renderer.transport.direct.aim import spread
+from renderer.transport.direct.direct import may_be_shadowed
+from renderer.transport.factors import pair_rays
+from renderer.transport.factors.exchange import balance
+from renderer.transport.factors.hemisphere_rays import cast, count, probed
+from renderer.transport.factors.pair_rays import contour_exchange, probe_pairs
+from renderer.transport.factors.shafts import clusters, doubtful_pairs, may_be_hidden
+from renderer.transport.mesh.build import build_mesh
+from renderer.transport.mesh.mounting import seated, stand_off
+from renderer.transport.radiosity.replicas import departures, half_samples, independent
+from renderer.transport.radiosity.solve import radiosity
+from renderer.transport.rays.ray_scene import RayScene
+from renderer.transport.rays.sampling import REPLICAS
 from renderer.transport.transport import compute_transport
-from renderer.transport.visibility import Visibility
 
 CRATE = {"shape": "box", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
 TURNED = {"shape": "box", "position": [2.4, 0.4, 0.5], "size": [0.9, 0.5, 0.6], "rotation": 30.0}
@@ -39,21 +39,21 @@ def dense(exchange):
         len(exchange.areas))
 
 
-def doubtful(mesh, visibility):
+def doubtful(mesh, ray_scene):
     found = np.zeros((len(mesh.patches),) * 2, dtype=bool)
-    exposed = probed(mesh, visibility, (0,)).exposed
+    exposed = probed(mesh, ray_scene, (0,)).exposed
     first, second = doubtful_pairs(mesh, np.flatnonzero(exposed), exposed < 1)
     found[first, second] = True
     assert not (found & found.T).any()  # each once
     return found | found.T
 
 
-def facing(mesh, visibility):
+def facing(mesh, ray_scene):
     """Pairs of exposed patches of which some of each is before the other."""
     reach = np.stack([((mesh.corners - place) @ normal).max(axis=1)
                       for place, normal in zip(mesh.centroid, mesh.normal, strict=True)])
     before = reach > 1e-6 * mesh.scale
-    live = probed(mesh, visibility, (0,)).exposed > 0
+    live = probed(mesh, ray_scene, (0,)).exposed > 0
     return before & before.T & live & live[:, None]
 
 
@@ -62,8 +62,8 @@ def test_nothing_stands_between_patches_in_plain_sight(tmp_path, seed):
     # Rooms with boxes, cylinders, tables and pendants at random places and angles.
     scene = random_scene(seed, tmp_path, crowded=True)
     mesh = mesh_of(scene, 0.12 * scene.room.scale)
-    visibility = Visibility(mesh)
-    plain = np.triu(facing(mesh, visibility) & ~doubtful(mesh, visibility), 1)
+    ray_scene = RayScene(mesh)
+    plain = np.triu(facing(mesh, ray_scene) & ~doubtful(mesh, ray_scene), 1)
     i, j = np.nonzero(plain)
     assert len(i) > 100
     square = np.random.default_rng(seed).random((8, len(i), 2, 2))
@@ -73,15 +73,15 @@ def test_nothing_stands_between_patches_in_plain_sight(tmp_path, seed):
         # Past each other's horizon no light goes; rays along a surface are not told apart from it.
         ahead = np.minimum(((b - a) * mesh.normal[i]).sum(axis=1), ((a - b) * mesh.normal[j]).sum(axis=1))
         seen = ahead > 1e-4 * mesh.scale
-        free = visibility.clear(visibility.off(a[seen], mesh.normal[i[seen]]), b[seen])
+        free = ray_scene.clear(ray_scene.off(a[seen], mesh.normal[i[seen]]), b[seen])
         assert free.all()
 
 
 def test_only_pairs_across_the_crate_are_doubtful(room):
     mesh = mesh_of(room(objects=[CRATE], luminaires=()), 0.25)
-    visibility = Visibility(mesh)
-    found = doubtful(mesh, visibility)
-    assert 0.05 < found.sum() / facing(mesh, visibility).sum() < 0.35
+    ray_scene = RayScene(mesh)
+    found = doubtful(mesh, ray_scene)
+    assert 0.05 < found.sum() / facing(mesh, ray_scene).sum() < 0.35
     low = mesh.centroid[:, 2] < 1
     left, right = (low & (mesh.surface < 6) & (np.abs(mesh.centroid[:, 0] - x) < 1e-9) for x in (0, 4))
     middle = np.abs(mesh.centroid[:, 1] - 2) < 0.4
@@ -95,7 +95,7 @@ def test_pairs_are_alike_in_a_room_of_any_size_anywhere(room, scale):
     def pairs(k):
         crate = {"shape": "box", "position": [1.5 * k, 1.5 * k, 0.0], "size": [k, k, k]}
         mesh = mesh_of(room(size=(4 * k, 4 * k, 3 * k), objects=[crate], luminaires=()), 0.5 * k)
-        return doubtful(mesh, Visibility(mesh))
+        return doubtful(mesh, RayScene(mesh))
 
     np.testing.assert_array_equal(pairs(scale), pairs(2.0))
 
@@ -117,9 +117,9 @@ def test_clusters_are_whole_and_small(room):
 @pytest.mark.parametrize("objects", [[CRATE], [CRATE, TURNED]])
 def test_the_operator_is_closed_reciprocal_positive_and_what_rays_say(room, objects):
     mesh = mesh_of(room(objects=objects, luminaires=()), 0.4)
-    visibility = Visibility(mesh)
-    exchange, whole = contour_exchange(mesh, look_across(mesh, visibility, 1024, (0,)))
-    counted = count(mesh, cast(mesh, visibility, 8192, (1,)))
+    ray_scene = RayScene(mesh)
+    exchange, whole = contour_exchange(mesh, probe_pairs(mesh, ray_scene, 1024, (0,)))
+    counted = count(mesh, cast(mesh, ray_scene, 8192, (1,)))
     matrix = exchange.matrix
     assert (matrix >= 0).all()
     np.testing.assert_allclose(matrix, matrix.T, rtol=0, atol=1e-15)
@@ -138,24 +138,24 @@ def test_the_operator_is_closed_reciprocal_positive_and_what_rays_say(room, obje
 def test_nothing_stands_between_a_meter_and_what_it_sees_whole(tmp_path, seed):
     scene = random_scene(seed, tmp_path, crowded=True)
     mesh = mesh_of(scene, 0.12 * scene.room.scale)
-    visibility, random = Visibility(mesh), np.random.default_rng(seed)
-    open_ = probed(mesh, visibility, (0,)).exposed
+    ray_scene, random = RayScene(mesh), np.random.default_rng(seed)
+    open_ = probed(mesh, ray_scene, (0,)).exposed
     checked = 0
     # Meters on patches, where they touch what may stand in the way of others, and off them.
     for patch in random.choice(np.flatnonzero(open_ == 1), 12):
         normal = mesh.normal[patch]
-        place = visibility.off(mesh.centroid[patch], normal) + random.choice([0, 0.05]) * mesh.scale * normal
+        place = ray_scene.off(mesh.centroid[patch], normal) + random.choice([0, 0.05]) * mesh.scale * normal
         away = mesh.centroid - place
         seen = (away @ normal > 0) & ((away * mesh.normal).sum(axis=1) < 0)
         plain = seen & ~may_be_hidden(place, normal, mesh.corners, mesh.obstacles, mesh.scale) & (open_ > 0)
         # A meter inside an object, or a lamp, sees nothing whatever the boxes say.
-        if visibility.first_hit(place[None], normal[None])[0] < 0:
+        if ray_scene.first_hit(place[None], normal[None])[0] < 0:
             continue
         which = np.repeat(np.flatnonzero(plain), 16)
         to = mesh.spread(which, random.random((len(which), 1, 2)))
-        to = visibility.off(to, mesh.normal[which][:, None])[:, 0]
+        to = ray_scene.off(to, mesh.normal[which][:, None])[:, 0]
         ahead = (to - place) @ normal > 0
-        assert visibility.clear(np.broadcast_to(place, to.shape), to)[ahead].all()
+        assert ray_scene.clear(np.broadcast_to(place, to.shape), to)[ahead].all()
         checked += ahead.sum()
     assert checked > 100
 
@@ -164,11 +164,11 @@ def test_nothing_stands_between_a_meter_and_what_it_sees_whole(tmp_path, seed):
 def test_nothing_stands_between_a_lamp_and_what_it_is_said_to_light_whole(tmp_path, seed):
     scene = random_scene(seed, tmp_path, crowded=True)
     mesh = mesh_of(scene, 0.12 * scene.room.scale)
-    visibility, random = Visibility(mesh), np.random.default_rng(seed)
-    open_ = np.flatnonzero(probed(mesh, visibility, (0,)).exposed == 1)
+    ray_scene, random = RayScene(mesh), np.random.default_rng(seed)
+    open_ = np.flatnonzero(probed(mesh, ray_scene, (0,)).exposed == 1)
     points, normals = mesh.spread(open_, random.random((len(open_), 16, 2))), mesh.normal[open_][:, None]
     points, normals = points.reshape(-1, 3), np.repeat(normals, 16, axis=1).reshape(-1, 3)
-    outside = visibility.first_hit(visibility.off(points, normals), normals) >= 0
+    outside = ray_scene.first_hit(ray_scene.off(points, normals), normals) >= 0
     checked = 0
     for luminaire in (seated(scene, stand_off(scene, lum)) for lum in scene.luminaires):
         alone = may_be_shadowed(points[:, None], normals, luminaire, mesh.obstacles)
@@ -178,18 +178,18 @@ def test_nothing_stands_between_a_lamp_and_what_it_is_said_to_light_whole(tmp_pa
         to = np.broadcast_to(luminaire.center, points[plain].shape)
         if luminaire.outline is not None:
             to = spread(luminaire, random.random((len(to), 2)))
-        start = visibility.off(points[plain], normals[plain])
+        start = ray_scene.off(points[plain], normals[plain])
         lit = ((to - start) * normals[plain]).sum(axis=1) > 0
         if luminaire.forward_only:
             lit &= (start - to) @ luminaire.normal > 0
-        assert visibility.clear(start, to)[lit].all()
+        assert ray_scene.clear(start, to)[lit].all()
         checked += lit.sum()
     assert checked > 100
 
 
 def test_half_samples_depart_by_what_the_whole_errs_by(room):
     mesh = mesh_of(room(objects=[CRATE, TURNED], luminaires=()), 0.5)
-    visibility = Visibility(mesh)
+    ray_scene = RayScene(mesh)
     member = np.eye(mesh.surface.max() + 1)[mesh.surface]
 
     def between(exchange, more=0.0):
@@ -197,7 +197,7 @@ def test_half_samples_depart_by_what_the_whole_errs_by(room):
         return (member.T @ sent)[np.triu_indices(member.shape[1], 1)]
 
     draws = 24
-    sights = [look_across(mesh, visibility, 128, (k,)) for k in range(draws)]
+    sights = [probe_pairs(mesh, ray_scene, 128, (k,)) for k in range(draws)]
     exchanges, whole = zip(*(contour_exchange(mesh, sight) for sight in sights), strict=True)
     truth = np.var([between(exchange) for exchange in exchanges], axis=0, ddof=1)
     halves = [[between(exchanges[k], more) for more in departures(
@@ -213,13 +213,13 @@ def test_half_samples_depart_by_what_the_whole_errs_by(room):
 
 @pytest.mark.parametrize("across", [True, False])
 def test_parts_are_what_solving_with_each_says(room, monkeypatch, across):
-    monkeypatch.setattr(form_factors, "MOST_PATCHES", 4000 if across else 0)
+    monkeypatch.setattr(pair_rays, "MAX_PATCHES_FOR_PAIR_RAYS", 4000 if across else 0)
     solution = renderer.solve(room(0.5, objects=[CRATE, TURNED]), bands="rgb", accuracy=0.1)
     transport, rho = solution.transport, solution.reflectance[solution.transport.mesh.surface]
     exchange, stretch = transport.exchange, transport.stretch
     one = np.eye(len(rho))
     if across:
-        more = half_samples(transport.sight, transport._operator["whole"], REPLICAS, one)
+        more = half_samples(transport.pair_visibility, transport._operator["whole"], REPLICAS, one)
     else:
         more = independent(transport.mesh, exchange, transport.hits, REPLICAS, one)
     for part, solved in zip(more, solution.by_parts(), strict=True):
@@ -240,28 +240,28 @@ def test_parts_are_what_solving_with_each_says(room, monkeypatch, across):
 def test_a_room_too_full_or_too_fine_is_left_to_hemispheres(room, monkeypatch):
     scene = room(objects=[CRATE])
     mesh = mesh_of(scene, 0.5)
-    assert look_across(mesh, Visibility(mesh), 4, (0,)) is None  # fewer rays than pairs in doubt
-    assert look_across(mesh, Visibility(mesh), 1024, (0,)) is not None
-    monkeypatch.setattr(form_factors, "MOST_PATCHES", len(mesh.patches) - 1)
-    assert look_across(mesh, Visibility(mesh), 1024, (0,)) is None
-    assert compute_transport(scene, 0.5, 1024, 0).sight is None
+    assert probe_pairs(mesh, RayScene(mesh), 4, (0,)) is None  # fewer rays than pairs in doubt
+    assert probe_pairs(mesh, RayScene(mesh), 1024, (0,)) is not None
+    monkeypatch.setattr(pair_rays, "MAX_PATCHES_FOR_PAIR_RAYS", len(mesh.patches) - 1)
+    assert probe_pairs(mesh, RayScene(mesh), 1024, (0,)) is None
+    assert compute_transport(scene, 0.5, 1024, 0).pair_visibility is None
 
 
 def test_a_room_with_nothing_open_has_no_pairs(room):
     mesh = mesh_of(room(objects=[CRATE]), 0.5)
-    visibility = Visibility(mesh)
-    visibility.exposed[:] = False
-    assert look_across(mesh, visibility, 1024, (0,)) is None
+    ray_scene = RayScene(mesh)
+    ray_scene.exposed[:] = False
+    assert probe_pairs(mesh, ray_scene, 1024, (0,)) is None
 
 
 def test_both_ways_read_alike(monkeypatch):
     scene = load("furnished_room")
     pairs = renderer.solve(scene, bands="rgb", accuracy=0.02)
     read = pairs.photometers()
-    monkeypatch.setattr(form_factors, "MOST_PATCHES", 0)
+    monkeypatch.setattr(pair_rays, "MAX_PATCHES_FOR_PAIR_RAYS", 0)
     hemispheres = renderer.solve(scene, bands="rgb", accuracy=0.02)
-    assert pairs.transport.sight is not None
-    assert hemispheres.transport.sight is None
+    assert pairs.transport.pair_visibility is not None
+    assert hemispheres.transport.pair_visibility is None
     for ours, theirs in zip(read, hemispheres.photometers(), strict=True):
         assert abs(ours.total_lx - theirs.total_lx) <= ours.uncertainty + theirs.uncertainty
 
@@ -269,12 +269,12 @@ def test_both_ways_read_alike(monkeypatch):
 @pytest.mark.parametrize(("most", "across"), [(4000, True), (200, False)])
 def test_a_mesh_is_held_against_one_of_its_own_kind(room, monkeypatch, most, across):
     # Factors seen from middles err otherwise than those of whole patches: their difference is no mesh error.
-    monkeypatch.setattr(form_factors, "MOST_PATCHES", most)
+    monkeypatch.setattr(pair_rays, "MAX_PATCHES_FOR_PAIR_RAYS", most)
     solution = renderer.solve(room(objects=[CRATE]), bands="rgb", accuracy=0.05)
-    other = solution.family.meshes[1].transport
+    other = solution.mesh_sequence.meshes[1].transport
     assert len(other.mesh.patches) <= 200 < len(solution.transport.mesh.patches)
-    assert (solution.transport.sight is not None) is across
-    assert (other.sight is not None) is across
+    assert (solution.transport.pair_visibility is not None) is across
+    assert (other.pair_visibility is not None) is across
 
 
 @pytest.mark.parametrize("low", [-0.4, 0.0])
@@ -282,8 +282,8 @@ def test_a_place_outside_the_room_sees_nothing_in_it(room, low):
     # A crate through a wall has patches half outside; where all is inside, walls are no obstacle at all.
     crate = {"shape": "box", "position": [low, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
     mesh = mesh_of(room(objects=[crate]), 0.5)
-    visibility = Visibility(mesh)
+    ray_scene = RayScene(mesh)
     assert (len(mesh.blockers) > 12) == (low < 0)
     inside, outside = np.array([[2.0, 2.0, 2.0]]), np.array([[-0.2, 2.0, 1.001]])
-    assert visibility.clear(inside, np.array([[0.5, 2.0, 1.001]])).all()
-    assert low == 0 or not visibility.clear(inside, outside).any()
+    assert ray_scene.clear(inside, np.array([[0.5, 2.0, 1.001]])).all()
+    assert low == 0 or not ray_scene.clear(inside, outside).any()

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import renderer
-from renderer.light import distinct_bands
 from renderer.readings.photometer import make_meter
-from renderer.transport.exchange import Exchange
-from renderer.transport.solve import TOLERANCE, radiosity
+from renderer.solving.radiosity_field import distinct_bands
+from renderer.transport.factors.exchange import Exchange
+from renderer.transport.radiosity.solve import TOLERANCE, radiosity
 
 UP = [0.0, 0.0, 1.0]
 
@@ -48,9 +48,9 @@ def test_a_room_of_one_paint_is_what_elimination_says(n, seed, largest, almost):
     rho = np.where(random.random(n) < 0.2, 0.0, 1.0)[:, None] * paint
     if almost:
         rho[0] *= 0.999
-    falling = random.random(n)
-    direct = falling[:, None] * np.append(random.random(6), 0.0)
-    got, received = radiosity(exchange, rho, direct, falling=falling)
+    common_direct_pattern = random.random(n)
+    direct = common_direct_pattern[:, None] * np.append(random.random(6), 0.0)
+    got, received = radiosity(exchange, rho, direct, common_direct_pattern=common_direct_pattern)
     factors = exchange.matrix / exchange.areas[:, None]
     wanted = np.stack([np.linalg.solve(np.eye(n) - rho[:, [b]] * factors, (rho * direct)[:, b])
                        for b in range(7)], axis=1)
@@ -77,11 +77,16 @@ def test_a_second_paint_multiplies_nothing_anew():
     one_lamp, other = random.random((2, n))
     factors = closed.matrix / closed.areas[:, None]
 
-    def columns(paint: float, falling: np.ndarray, lumens: float = 1.0) -> int:
+    def columns(paint: float, common_direct_pattern: np.ndarray, lumens: float = 1.0) -> int:
         before, rho = matrix.columns, np.full((n, 5), paint) * [1, 0.9, 0.5, 0.1, 0]
-        direct = lumens * falling[:, None] * np.ones(5)
-        got, _ = radiosity(exchange, rho, direct, falling=falling)
-        alone, _ = radiosity(replace(exchange, matrix=closed.matrix, kept={}), rho, direct, falling=falling)
+        direct = lumens * common_direct_pattern[:, None] * np.ones(5)
+        got, _ = radiosity(exchange, rho, direct, common_direct_pattern=common_direct_pattern)
+        alone, _ = radiosity(
+            replace(exchange, matrix=closed.matrix, kept={}),
+            rho,
+            direct,
+            common_direct_pattern=common_direct_pattern,
+        )
         np.testing.assert_array_equal(got, alone)  # to the last digit, whatever came before
         wanted = np.stack([np.linalg.solve(np.eye(n) - rho[:, [b]] * factors, (rho * direct)[:, b])
                            for b in range(5)], axis=1)

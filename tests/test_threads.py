@@ -5,10 +5,10 @@ import threading
 import numpy as np
 import pytest
 
-from renderer.lazy import cached_property
-from renderer.transport import threads
-from renderer.transport.sampling import SINGLE, Nets
-from renderer.transport.threads import in_threads, together
+from renderer.system import threads
+from renderer.system.lazy import cached_property
+from renderer.system.threads import in_threads, run_concurrently
+from renderer.transport.rays.sampling import SINGLE, Nets
 
 
 @pytest.mark.parametrize("n", [0, 1, 7, 1000])
@@ -37,7 +37,7 @@ def test_a_fault_on_any_core_comes_back_and_stops_the_rest(bad):
     with pytest.raises(ValueError, match=f"item {bad}"):
         in_threads(work, 100, 1)
     before = len(done)
-    assert together(lambda: 1, lambda: 2) == [1, 2]  # the threads are still there
+    assert run_concurrently(lambda: 1, lambda: 2) == [1, 2]  # the threads are still there
     assert len(done) == before
 
 
@@ -54,7 +54,7 @@ def test_two_instances_have_a_property_made_at_the_same_time():
             return object()
 
     one, other = Room(), Room()
-    made = together(lambda: one.light, lambda: other.light)
+    made = run_concurrently(lambda: one.light, lambda: other.light)
     assert made == [one.light, other.light]
     assert made[0] is not made[1]
     assert Room.light.__doc__ == "Light."

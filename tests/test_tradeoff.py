@@ -8,8 +8,8 @@ import pytest
 import renderer
 from renderer.colour.bands import BAND_SETS
 from renderer.errors import InputError
-from renderer.plan import Plan, make_plan
-from renderer.scene.model import SolverTable
+from renderer.scene.schema import SolverTable
+from renderer.solving.plan import Plan, make_plan
 from renderer.studies import tradeoff
 from renderer.studies.tradeoff import Setting, Tradeoff, asked_for, grid, measure
 from renderer.studies.tradeoff_files import COLUMNS, recommendations, save, words

@@ -21,9 +21,9 @@ from renderer.errors import DisplayError
 from renderer.pictures.report.bars import patch_bars
 from renderer.pictures.window.clicks import place_at, read, said
 from renderer.pictures.window.display import refuse_no_display
-from renderer.pictures.window.light import INSET, first_front, light_on, skin
+from renderer.pictures.window.skin import INSET, first_front, light_on, skin
 from renderer.pictures.window.window import shown
-from renderer.transport.field import seen_from
+from renderer.transport.sensors import seen_from
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is no DISPLAY")
 XVFB = pytest.mark.skipif(

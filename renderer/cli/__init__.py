@@ -8,7 +8,7 @@ import warnings
 
 from cyclopts import App, CycloptsError
 
-from renderer.cli import luminaires, planning, readings, rooms, studies, sweeping, viewing
+from renderer.cli import luminaires, measure, planning, show, studies, sweeping, viewing
 from renderer.cli.terminal import interrupt, leave, leave_interrupted, say
 from renderer.errors import CacheWarning, DisplayError, InputError, SolveError
 
@@ -19,8 +19,8 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
           "measures the difference.", version_flags=["--version"], help_format="plaintext",
           suppress_keyboard_interrupt=False)
-for command in (rooms.compare, rooms.report, viewing.view, rooms.render, rooms.pseudocolour,
-                readings.photometer, readings.luminance, readings.ugr, studies.validate,
+for command in (show.compare, show.report, viewing.view, show.render, show.pseudocolour,
+                measure.photometer, measure.luminance, measure.ugr, studies.validate,
                 studies.spectrum, studies.gamut, studies.tradeoff, sweeping.sweep, luminaires.luminaire,
                 planning.plan):
     app.command(command)

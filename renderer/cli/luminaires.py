@@ -21,9 +21,9 @@ def luminaire(file: str, *, json_: Annotated[bool, Parameter(name="--json", nega
     json_
         Print one JSON object instead of a table.
     """
-    from renderer.files import output_folder
     from renderer.scene.photometric.files import read_photometry
     from renderer.studies.luminaire import record_of, rows_of, save_diagram
+    from renderer.system.files import output_folder
 
     output = output or Output()
     path = Path(file)

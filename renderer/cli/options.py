@@ -66,14 +66,14 @@ class Solving:
         return self
 
 
-    def rooms(self):
+    def store(self):
         """Where form factors come from: computed, perhaps on a cluster, or kept. Raises InputError."""
-        from renderer.cache import user_cache
-        from renderer.rooms import Rooms
+        from renderer.solving.transport_store import TransportStore
         from renderer.studies.cluster import rows_on
+        from renderer.system.cache import user_cache
 
         elsewhere = rows_on(self.scheduler) if self.scheduler is not None else None
-        return Rooms(None if self.no_cache else user_cache(), elsewhere=elsewhere)
+        return TransportStore(None if self.no_cache else user_cache(), elsewhere=elsewhere)
 
 
 @Parameter(name="*")

@@ -24,8 +24,8 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
     json_
         Print one JSON object instead of a table.
     """
-    from renderer.forecast import forecast
     from renderer.scene.reading import load
+    from renderer.solving.forecast import forecast
 
     solving = (solving or Solving()).checked()
     loaded = load(scene)
@@ -59,18 +59,18 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
 @cache.command
 def info(*, output: Output | None = None) -> None:
     """Where form factors are kept, how many files there are, and how large they may become."""
-    from renderer.cache import LIMIT, user_cache
+    from renderer.system.cache import MAX_CACHE_BYTES, user_cache
 
     kept = user_cache()
     files, size = kept.size
-    print(f"{kept.folder}: {files} files, {size / 1e6:.1f} MB; past {LIMIT / 1e6:.0f} MB the file not used "
-          "for longest is removed.")
+    print(f"{kept.folder}: {files} files, {size / 1e6:.1f} MB; past {MAX_CACHE_BYTES / 1e6:.0f} MB the file "
+          "not used for longest is removed.")
 
 
 @cache.command
 def clear(*, output: Output | None = None) -> None:
     """Remove all of them."""
-    from renderer.cache import user_cache
+    from renderer.system.cache import user_cache
 
     kept = user_cache()
     files, size = kept.size

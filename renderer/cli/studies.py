@@ -22,9 +22,9 @@ def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
     peers
         Instead: the same rooms in Mitsuba 3 and Radiance (install renderer[peers]), error bars side by side.
     """
-    from renderer.files import output_folder
     from renderer.studies.validation import run
     from renderer.studies.validation.cases import COLUMNS
+    from renderer.system.files import output_folder
 
     output = output or Output()
     out = output_folder(output.out)
@@ -74,8 +74,8 @@ def spectrum(spectrum: str, *, lamp: Annotated[bool, Parameter(negative="")] = F
     json_
         Print one JSON object instead of a table.
     """
-    from renderer.files import output_folder
     from renderer.studies.spectrum import record_of, resolve, save, table
+    from renderer.system.files import output_folder
 
     output = output or Output()
     shown = resolve(spectrum, lamp)
@@ -103,10 +103,10 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
     """
     from renderer.colour.lamps import illuminant
     from renderer.colour.upsampling import cube
-    from renderer.files import output_folder
     from renderer.studies.gamut import analyse, largest_ratios, smallest_ratios, sumpner
     from renderer.studies.gamut_files import save_files
     from renderer.studies.gamut_tables import every_table
+    from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
     if solving.bands is not None:
@@ -133,11 +133,11 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
 
 def _painted(scene: str, material: str | None, solving: Solving, progress):
     from renderer.scene.reading import load
-    from renderer.studies.room import painted_material, painted_room
+    from renderer.studies.repainted_room import painted_material, painted_room
 
     loaded = load(scene)
     name = painted_material(loaded, material)
-    place, error = painted_room(loaded, name, solving.accuracy, solving.seed, solving.rooms(), progress)
+    place, error = painted_room(loaded, name, solving.accuracy, solving.seed, solving.store(), progress)
     return place, (f"{loaded.title}: {name!r} takes the colours, all else stays; between the reflectances "
                    f"solved, readings are interpolated to {max(error, 1e-15):.0e}.\n")
 
@@ -152,10 +152,10 @@ def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | Non
     scene
         A scene file, or the name of a packaged room; it needs photometers.
     """
-    from renderer.files import output_folder
     from renderer.scene.reading import load
     from renderer.studies.tradeoff import measure
     from renderer.studies.tradeoff_files import recommendations, save, words
+    from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
     for option, value in (("--bands", solving.bands), ("--accuracy", solving.accuracy)):

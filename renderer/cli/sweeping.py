@@ -22,9 +22,9 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
     check
         Only check the file, and say how many rooms it makes.
     """
-    from renderer.files import output_folder
     from renderer.studies.sweep import read_study
     from renderer.studies.sweep_runs import sweep as run
+    from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
     read = read_study(Path(study), solving.accuracy, solving.bands, solving.seed)

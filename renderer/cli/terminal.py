@@ -70,7 +70,7 @@ def warn(solution, figures: list, asked: float) -> None:
     """Say on stderr what a run did not reach, and where its laws do not hold."""
     fixed = solution.scene.solver.patch_size
     why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
-    from renderer.report import escaped
+    from renderer.records.json_records import escaped
 
     for f in figures:
         if f.uncertainty > asked * f.value:
@@ -99,7 +99,7 @@ def warn(solution, figures: list, asked: float) -> None:
 
 def warn_before(scene, accuracy: float | None) -> None:
     """Say on stderr, before the work, what is wrong with its files and what it cannot promise."""
-    from renderer.plan import make_plan
+    from renderer.solving.plan import make_plan
 
     for fault in scene.faults:
         say(f"warning: {scene.title}: {fault}")

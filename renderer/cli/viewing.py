@@ -15,11 +15,11 @@ def view(scene: str = "furnished_room", *, solving: Solving | None = None,
     scene
         A scene file, or the name of a packaged room.
     """
-    from renderer.files import output_folder
     from renderer.pictures.window.clicks import band_title, numbers
     from renderer.pictures.window.display import refuse_no_display
     from renderer.scene.reading import load
-    from renderer.studies.viewing import make_window
+    from renderer.studies.view import make_window
+    from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
     loaded = load(scene)
@@ -27,7 +27,7 @@ def view(scene: str = "furnished_room", *, solving: Solving | None = None,
     warn_before(loaded, solving.accuracy)
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
-        window = make_window(loaded, solving.bands, solving.accuracy, solving.seed, solving.rooms(), out,
+        window = make_window(loaded, solving.bands, solving.accuracy, solving.seed, solving.store(), out,
                              progress)
     warn(window.shown.solutions[0], [], 0.0)
     window.run()

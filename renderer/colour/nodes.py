@@ -104,7 +104,7 @@ def place_nodes(lights: list[np.ndarray], lumens: list[float], start=START) -> n
     return np.sort(GRID[at])
 
 
-def placed(lights: list[np.ndarray], lumens: list[float]) -> BandSet:
+def nodes_for_lamps(lights: list[np.ndarray], lumens: list[float]) -> BandSet:
     """Six nodes for a scene's own lamps, as in `place_nodes`. They know lumens, and no colour."""
     nodes = place_nodes(lights, lumens)
     luminous = np.zeros((len(nodes), 3))

@@ -8,7 +8,7 @@ import numpy as np
 
 from renderer.colour.bands import bt709_of_samples
 
-MOST = 60
+MAX_FIT_STEPS = 60
 """Steps of Gauss and Newton for Jakob's three coefficients."""
 
 
@@ -99,7 +99,7 @@ def jakob_2019(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     c[:, 0] = (grey - 0.5) / np.sqrt(grey * (1 - grey))
     damping = np.full(len(rgb), 1e-3)
     missed = rgb - spectra(c) @ weights.T
-    for _ in range(MOST * 5):
+    for _ in range(MAX_FIT_STEPS * 5):
         x = c @ powers
         rise = 0.5 * (1 + x * x) ** -1.5
         jacobian = np.einsum("nk,ik,jk->nij", rise, weights, powers)

@@ -8,12 +8,12 @@ from scipy import sparse
 from renderer.pictures.lamp_edges import lamp_shares
 from renderer.pictures.pinhole import Pinhole, pinhole
 from renderer.readings.photometer import off_surfaces, refuse_inside, refuse_outside
-from renderer.scene.model import CameraTable
-from renderer.scene.reading import Scene
-from renderer.solution import Solution
-from renderer.transport.exchange import rows
-from renderer.transport.field import Sensor, direct_on, emitted, seen_from, sense
-from renderer.transport.threads import in_threads
+from renderer.scene.scene import Scene
+from renderer.scene.schema import CameraTable
+from renderer.solving.solution import Solution
+from renderer.system.threads import in_threads
+from renderer.transport.factors.exchange import rows
+from renderer.transport.sensors import Sensor, direct_on, emitted, seen_from, sense
 from renderer.transport.transport import Transport
 
 SUBPIXELS = 4
@@ -140,7 +140,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     light = direct_on(transport, patch, s, t, 0)[0]
     at_middle = np.zeros((n, light.shape[1]))
     at_middle[found] = light
-    if transport.visibility is not None:
+    if transport.ray_scene is not None:
         lumens = np.array([luminaire.lumens for luminaire in transport.luminaires])
         edge |= _shadow_edges(light @ lumens, found, edge.shape)
     plain = ~edge.ravel()[found]

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.files import whole_file
 from renderer.pictures.sheet import plain
+from renderer.system.files import whole_file
 
 WITHIN = 0.2
 FAR = 20.0

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from renderer.colour.bands import XYZ_TO_BT709, BandSet
-from renderer.files import whole_file
+from renderer.system.files import whole_file
 
 CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 

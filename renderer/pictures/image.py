@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from renderer.colour.bands import LUMINANCE_WEIGHTS, XYZ_TO_BT709
-from renderer.files import whole_file
+from renderer.system.files import whole_file
 
 BRIGHTEST = 99.7
 """Percentile of the surfaces' brightest channel that becomes full white."""

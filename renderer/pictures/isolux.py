@@ -8,7 +8,7 @@ import trimesh
 from renderer.pictures.charts import new_figure, saved
 from renderer.readings.grid import GridReading
 from renderer.scene.grids import Grid
-from renderer.scene.reading import Scene
+from renderer.scene.scene import Scene
 
 LEVELS = 8
 """About so many contours."""

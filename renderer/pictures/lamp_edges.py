@@ -9,7 +9,7 @@ import numpy as np
 
 from renderer.pictures.pinhole import Pinhole
 from renderer.scene.luminaires import Luminaire
-from renderer.transport.threads import CHUNK, in_threads
+from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.transport import Transport
 
 LAMP_RAYS, LATTICE = 987, 610

@@ -11,7 +11,7 @@ from renderer.errors import InputError
 from renderer.pictures.camera import look
 from renderer.pictures.image import exposure, tone_map, white_balance
 from renderer.pictures.pseudocolour import pseudocolour, scale_top
-from renderer.solution import Solution
+from renderer.solving.solution import Solution
 
 WIDTH = 360
 """Pixels of the picture, at most: it is there to recognise the room by."""

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.files import whole_file
 from renderer.pictures.pseudocolour import draw_legend
 from renderer.readings.reading import Reading
+from renderer.system.files import whole_file
 
 ROWS = ("(a) reflectance", "(b) direct light", "(c) direct light:\nluminance",
         "(d) with inter-\nreflection", "(e) with inter-\nreflection:\nluminance")

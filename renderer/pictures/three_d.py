@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.files import whole_file
 from renderer.pictures.pseudocolour import colour_map, draw_legend
 from renderer.pictures.sheet import plain
-from renderer.solution import Solution
+from renderer.solving.solution import Solution
+from renderer.system.files import whole_file
 
 
 def _pyvista():

@@ -7,9 +7,9 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.readings.uncertainty import Figure, half_width
 from renderer.scene.luminaires import Luminaire
-from renderer.scene.rooms import spelt
-from renderer.transport.aim import spread
-from renderer.transport.sampling import REPLICAS, Nets
+from renderer.scene.room import spelt
+from renderer.transport.direct.aim import spread
+from renderer.transport.rays.sampling import REPLICAS, Nets
 from renderer.transport.transport import Transport
 
 POINTS = 64
@@ -130,8 +130,8 @@ def _parts(transport: Transport, lum: Luminaire, lumens: float, index: int, eye:
     right, up, forward = (sight @ axis for axis in (np.cross(direction, upright), upright, direction))
     seen = (forward > 0) & (np.abs(right) <= WIDEST * forward) & (np.abs(up) <= HIGHEST * forward)
     seen &= luminance > 0
-    if transport.visibility is not None and seen.any():
-        seen[seen] = transport.visibility.clear(np.broadcast_to(eye, sight.shape)[seen], points[seen])
+    if transport.ray_scene is not None and seen.any():
+        seen[seen] = transport.ray_scene.clear(np.broadcast_to(eye, sight.shape)[seen], points[seen])
     return luminance, np.where(seen, area / (POINTS * distance**2), 0.0), position_index(right, up, forward)
 
 

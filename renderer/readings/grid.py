@@ -8,7 +8,7 @@ from renderer.errors import InputError
 from renderer.readings.photometer import place
 from renderer.readings.uncertainty import Figure, half_widths
 from renderer.scene.grids import Grid
-from renderer.scene.rooms import nearest
+from renderer.scene.room import nearest
 from renderer.transport.transport import Transport
 
 UPRIGHT = 0.5

@@ -4,10 +4,10 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.readings.photometer import READING_RAYS, Meter, off_surfaces, refuse_inside, refuse_outside
-from renderer.scene.rooms import spelt
-from renderer.transport.contour import frames
-from renderer.transport.field import direct_on, emitted, seen_from, sense
-from renderer.transport.sampling import REPLICAS, Nets
+from renderer.scene.room import spelt
+from renderer.transport.factors.contour import frames
+from renderer.transport.rays.sampling import REPLICAS, Nets
+from renderer.transport.sensors import direct_on, emitted, seen_from, sense
 from renderer.transport.transport import Transport
 
 SIGHT_RAYS, SHADOW_RAYS = 512, 16

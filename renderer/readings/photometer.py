@@ -6,16 +6,16 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.readings.uncertainty import half_width
-from renderer.scene import rooms
+from renderer.scene import room as room_shell
 from renderer.scene.luminaires import Luminaire
-from renderer.transport.contour import HORIZON, exchanged, polygon_factors
-from renderer.transport.direct import direct_at
-from renderer.transport.field import Sensor, direct_on, sense
-from renderer.transport.sampling import Nets
-from renderer.transport.shafts import may_be_hidden
-from renderer.transport.threads import in_threads
+from renderer.system.threads import in_threads
+from renderer.transport.direct.direct import direct_at
+from renderer.transport.factors.contour import HORIZON, exchanged, polygon_factors
+from renderer.transport.factors.shafts import may_be_hidden
+from renderer.transport.rays.ray_scene import STAND_OFF
+from renderer.transport.rays.sampling import Nets
+from renderer.transport.sensors import Sensor, direct_on, sense
 from renderer.transport.transport import Transport
-from renderer.transport.visibility import STAND_OFF
 
 LARGEST, COARSEST, OF_PATCH = 2.5e-4, 2e-3, 2.0
 """Surfaces are divided until no element fills more of the meter's view: 1/4000. Then the light on an element
@@ -23,11 +23,11 @@ may be taken at its middle. Where rays go to each, as many times what a patch of
 to 1/500."""
 NEAR_LAMP = 0.5
 """An element's half diagonal is at most this share of its distance to any lamp that lights it."""
-DEEPEST = 24
+MAX_DIVISIONS = 24
 READING_RAYS, MOST_RAYS, ENOUGH = 1 << 10, 1 << 14, 5e-4
 """Shadow rays from the meter itself to each luminaire in each independent part, and in penumbrae up to so
 many, until so small a share of what comes straight from them is uncertain."""
-AT_ONCE = 1 << 14
+ELEMENTS_PER_SLICE = 1 << 14
 """Rays from the meter to elements worked on at once: what stays in the cache."""
 ELEMENT_RAYS, FEWER = 4, 4
 """Rays from the meter to each element, and shadow rays from there to each luminaire, in each independent
@@ -35,7 +35,7 @@ part, as many times more as elements are larger: their errors average out over t
 where only an error bar hangs on them."""
 
 
-KEPT = 50_000
+MAX_KEPT_METERS = 50_000
 """Patches of a mesh times meters that are kept for the next room of its shape: some 30 MB."""
 
 
@@ -94,15 +94,15 @@ def off_surfaces(transport: Transport, position: np.ndarray, facing: np.ndarray)
 
 def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> None:
     """Raise InputError for a point outside the room."""
-    rooms.refuse_outside(transport.room, position, f"{where}: position", "Move it into the room")
+    room_shell.refuse_outside(transport.room, position, f"{where}: position", "Move it into the room")
 
 
 def refuse_inside(transport: Transport, lifted: np.ndarray, where: str, position: np.ndarray) -> None:
     """Raise InputError for a point inside a solid: `position` (3,) [m], `lifted` off what it touches."""
-    if transport.visibility is not None:
+    if transport.ray_scene is not None:
         # From inside a solid every direction ends on the back of a surface.
         probes = np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.64, 0.48]]])
-        seen = transport.visibility.first_hit(np.tile(lifted, (len(probes), 1)), probes)
+        seen = transport.ray_scene.first_hit(np.tile(lifted, (len(probes), 1)), probes)
         if (seen < 0).sum() > len(probes) // 2:
             raise InputError(f"{where}: position {_short(position)} is inside an object. "
                              "Move it into the open room.")
@@ -141,7 +141,7 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     rays = _element_rays(transport) // (1 if own is None else FEWER)
     sensors = _sensors(transport, spot, rays)
     meter = Meter(_direct(transport, spot) if own is None else own.direct, sensors)
-    if (len(transport.meters) + 1) * len(transport.mesh.patches) <= KEPT:
+    if (len(transport.meters) + 1) * len(transport.mesh.patches) <= MAX_KEPT_METERS:
         transport.meters[key] = meter
     return meter
 
@@ -153,7 +153,7 @@ def _sensors(transport: Transport, spot: Spot, rays: int) -> tuple[Sensor, ...]:
     triangular = transport.mesh.triangular[patch]
     st = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
     factors = np.broadcast_to(factor, (parts, len(factor)))
-    if transport.visibility is not None:
+    if transport.ray_scene is not None:
         share, st = _seen(transport, spot, patch, corners, st, rays)
         partly, seen = (share < 1).any(axis=0), share.any(axis=0)
         corners = np.where(partly[:, None, None], st[:, None], corners)
@@ -171,7 +171,7 @@ def _direct(transport: Transport, spot: Spot) -> np.ndarray:
     """Illuminance per lumen, straight from each luminaire (parts, n_luminaires) [m⁻²]."""
     parts, rays = transport.parts, READING_RAYS if transport.parts > 1 else MOST_RAYS
     while True:
-        direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.visibility,
+        direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.ray_scene,
                            (transport.seed, 5), rays, origins=spot.origin[None], parts=parts)[:, 0]
         total = direct.sum(axis=1)
         if rays == MOST_RAYS or half_width(total) <= ENOUGH * total.mean():
@@ -183,7 +183,7 @@ def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarr
           st: np.ndarray, rays: int) -> tuple[np.ndarray, np.ndarray]:
     """Share of each element that a meter sees past what stands between (parts, k), and the middle of what it
     sees (k, 2): its own, `st`, where it is seen whole. rays : to each in each part"""
-    mesh, visibility = transport.mesh, transport.visibility
+    mesh, ray_scene = transport.mesh, transport.ray_scene
     share, st = np.ones((transport.parts, len(patch))), st.copy()
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))
@@ -193,8 +193,8 @@ def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarr
         part = doubtful[start:stop]
         points = mesh.within(patch[part], corners[part], nets.draw(start, stop))
         targets = mesh.at(patch[part, None], *points)
-        lifted = visibility.off(targets, mesh.normal[patch[part], None])
-        clear = visibility.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
+        lifted = ray_scene.off(targets, mesh.normal[patch[part], None])
+        clear = ray_scene.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
         worth = exchanged(spot.position, spot.normal, targets, mesh.normal[patch[part], None])
         past = worth * clear
         total, through = (np.einsum("kpr->pk", x.reshape(-1, transport.parts, rays)) for x in (worth, past))
@@ -203,7 +203,7 @@ def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarr
         past = past[some] / past[some].sum(axis=1)[:, None]
         st[part[some]] = np.stack([(x[some] * past).sum(axis=1) for x in points], axis=1)
 
-    in_threads(look, len(doubtful), AT_ONCE // (transport.parts * rays))
+    in_threads(look, len(doubtful), ELEMENTS_PER_SLICE // (transport.parts * rays))
     return share, st
 
 
@@ -228,13 +228,13 @@ def _elements(transport: Transport, spot: Spot):
     half = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
     corners = np.where(mesh.triangular[patch][:, None, None], half, unit)
     done = []
-    for depth in range(DEEPEST):
+    for depth in range(MAX_DIVISIONS):
         world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
         n = len(patch)
         factor = polygon_factors(np.broadcast_to(spot.position, (n, 3)),
                                  np.broadcast_to(spot.normal, (n, 3)), world)
         large = (factor > most) | ((factor > 0) & _near_a_lamp(transport, patch, world))
-        large &= depth < DEEPEST - 1
+        large &= depth < MAX_DIVISIONS - 1
         kept = ~large & (factor > 0)
         done.append((patch[kept], corners[kept], factor[kept], np.full(kept.sum(), depth == 0)))
         if not large.any():

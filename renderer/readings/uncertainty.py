@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from renderer.transport.sampling import REPLICAS
+from renderer.transport.rays.sampling import REPLICAS
 
 STUDENT = float(stdtrit(REPLICAS - 1, 0.975))
 """Two-sided 95 % point of Student's t for so many independent samples."""

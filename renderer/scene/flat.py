@@ -11,12 +11,12 @@ import trimesh
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from renderer.lazy import cached_property
 from renderer.scene.geometry import Rectangle
+from renderer.system.lazy import cached_property
 
-FLAT = 1e-6
+COPLANAR_TOLERANCE = 1e-6
 """Distance from a plane, relative to the room's or the object's longest side, that counts as flat."""
-LARGE = 0.01
+MIN_POLYGON_SHARE = 0.01
 """A triangle without coplanar neighbours is a polygon from this share of the longest side's square on;
 smaller ones are facets of something curved."""
 
@@ -98,14 +98,14 @@ def flat_parts(mesh: trimesh.Trimesh, scale: float | None = None) -> Parts:
     scale : longest side of what the mesh belongs to [m]; else its own.
     """
     scale = scale or float(np.ptp(mesh.bounds, axis=0).max())
-    touch = FLAT * scale
+    touch = COPLANAR_TOLERANCE * scale
     group = _coplanar(mesh, touch)
     order = np.argsort(group, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
     rectangles, polygons, rest = [], [], []
     for faces in groups:
         triangles = mesh.triangles[faces]
-        if len(faces) == 1 and mesh.area_faces[faces[0]] < LARGE * scale**2:
+        if len(faces) == 1 and mesh.area_faces[faces[0]] < MIN_POLYGON_SHARE * scale**2:
             rest.append(faces)
             continue
         crosses = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])

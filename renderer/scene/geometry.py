@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from renderer.lazy import cached_property
-from renderer.scene.meshes import load_solid
+from renderer.scene.mesh_files import load_solid
+from renderer.system.lazy import cached_property
 
 CYLINDER_SECTIONS = 48
 SPHERE_SUBDIVISIONS = 3

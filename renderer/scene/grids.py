@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from renderer.errors import InputError
-from renderer.scene.model import PhotometerGridTable
-from renderer.scene.rooms import INSIDE, Room, outside
+from renderer.scene.room import INSIDE_TOLERANCE, Room, outside
+from renderer.scene.schema import PhotometerGridTable
 
-LARGEST_CELL = 10.0
+MAX_CELL = 10.0
 """Largest cell [m] that EN 12464-1 allows."""
-MOST_POINTS = 10_000
+MAX_GRID_POINTS = 10_000
 SQUARE = 1e-3
 """Cosine of the angle between u and v up to which they are at right angles."""
 
@@ -62,7 +62,7 @@ def largest_cell(length: float, width: float) -> float:
     """
     longer, shorter = max(length, width), min(length, width)
     d = shorter if longer >= 2 * shorter else longer
-    return min(0.2 * 5 ** log10(d), LARGEST_CELL)
+    return min(0.2 * 5 ** log10(d), MAX_CELL)
 
 
 def cells(length: float, largest: float) -> int:
@@ -98,12 +98,12 @@ def _make_grid(table: PhotometerGridTable, room: Room, where: str) -> Grid:
     corner = corner + table.border * (u + v)
     largest = table.spacing or largest_cell(*inner)
     counts = tuple(cells(side, largest) for side in inner)
-    if counts[0] * counts[1] > MOST_POINTS:
-        raise InputError(f"{where}: {counts[0]} × {counts[1]} points; at most {MOST_POINTS} are read. Give a "
-                         "larger spacing or a smaller area.")
+    if counts[0] * counts[1] > MAX_GRID_POINTS:
+        raise InputError(f"{where}: {counts[0]} × {counts[1]} points; at most {MAX_GRID_POINTS} are read. "
+                         "Give a larger spacing or a smaller area.")
     normal = np.cross(u, v) if table.normal is None else np.array(table.normal) / np.abs(table.normal).max()
     grid = Grid(table.name, corner, inner[0] * u, inner[1] * v, normal / np.linalg.norm(normal), counts,
                 table.border)
-    if outside(grid.points, room.shell, INSIDE * room.scale).all():
+    if outside(grid.points, room.shell, INSIDE_TOLERANCE * room.scale).all():
         raise InputError(f"{where}: none of its {len(grid.points)} points is in the room. Move it.")
     return grid

@@ -8,9 +8,9 @@ from renderer.colour.lamps import correlated, illuminant
 from renderer.colour.spectrum import Spectrum, read_lamp
 from renderer.errors import InputError
 from renderer.scene.luminaires import Luminaire, make_luminaires
-from renderer.scene.model import LuminaireTable
 from renderer.scene.photometric.files import read_photometry
-from renderer.scene.rooms import Room, refuse_outside
+from renderer.scene.room import Room, refuse_outside
+from renderer.scene.schema import LuminaireTable
 
 
 def resolve_luminaires(tables: list[LuminaireTable], room: Room,

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from renderer.lazy import cached_property
 from renderer.scene.geometry import Rectangle
 from renderer.scene.photometric.distribution import Distribution
 from renderer.scene.photometric.record import Photometry, Shape
+from renderer.system.lazy import cached_property
 
 DISC_CORNERS = 64
 THINNEST = 1e-3

@@ -9,12 +9,12 @@ from threading import Lock
 
 import numpy as np
 
-from renderer.cache import program
 from renderer.errors import InputError, SolveError
-from renderer.transport.hemisphere import Rows, cast_rows
-from renderer.transport.patches import Mesh
-from renderer.transport.sampling import Nets
-from renderer.transport.visibility import Visibility
+from renderer.system.cache import program
+from renderer.transport.factors.hemisphere_rays import Rows, cast_rows
+from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.rays.ray_scene import RayScene
+from renderer.transport.rays.sampling import Nets
 
 PATIENCE = 5
 """Seconds that a scheduler has to answer, and to have a worker."""
@@ -76,7 +76,7 @@ class Casting:
     def rows(self, start: int, stop: int) -> tuple[int, np.ndarray, int]:
         """The first row, what `cast_rows` says, and the rays that took."""
         with self._building:
-            self._visibility = self._visibility or Visibility(self.mesh)
+            self._visibility = self._visibility or RayScene(self.mesh)
         own = copy(self._visibility)  # counts the rays of these rows alone
         own.rays = 0
         return start, cast_rows(self.mesh, own, self.nets, start, stop), own.rays

@@ -10,9 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.accuracy import solve_and_read
 from renderer.colour.bands import COMPARED
-from renderer.files import whole_file
 from renderer.pictures.camera import View, look
 from renderer.pictures.exr import save_luminance, save_spectral
 from renderer.pictures.image import exposure, outlined, save_png, tone_map, white_balance
@@ -20,10 +18,12 @@ from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
 from renderer.pictures.sheet import Column, save_sheet
 from renderer.pictures.three_d import patches, save_view, save_vtp
 from renderer.readings.reading import Reading
-from renderer.report import solution_record
-from renderer.rooms import Progress, Rooms
-from renderer.scene.reading import Scene
-from renderer.solution import Solution
+from renderer.records.json_records import solution_record
+from renderer.scene.scene import Scene
+from renderer.solving.refine import solve_and_read
+from renderer.solving.solution import Solution
+from renderer.solving.transport_store import Progress, TransportStore
+from renderer.system.files import whole_file
 
 CSV_COLUMNS = ("room", "bands", "photometer", "direct_lx", "indirect_lx", "total_lx",
                "ratio_to_first_room")
@@ -40,14 +40,14 @@ class Case:
     record: dict
 
 
-def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, rooms: Rooms,
+def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, store: TransportStore,
               progress: Progress) -> list[Case]:
     """Solve every room in every band set; rooms of one geometry share its form factors."""
     cases, first = [], {}
     for scene, stem in zip(scenes, _stems(scenes), strict=True):
         for bands in COMPARED:
             started = time.perf_counter()
-            solution, readings = solve_and_read(scene, bands, accuracy, seed, rooms, progress)
+            solution, readings = solve_and_read(scene, bands, accuracy, seed, store, progress)
             if scene is scenes[0]:
                 first[bands] = {r.name: r.total_lx for r in readings}
             base = [first[bands].get(r.name) for r in readings]

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from renderer.colour.upsampling import cube
-from renderer.files import whole_file
 from renderer.pictures.gamut_charts import (
     AGAINST_BOUNDS,
     AGAINST_RATIO,
@@ -17,9 +16,10 @@ from renderer.pictures.gamut_charts import (
     save_slices,
 )
 from renderer.pictures.gamut_summary import save_named, save_shares
-from renderer.rooms import Progress
+from renderer.solving.transport_store import Progress
 from renderer.studies.gamut import CEILING, MODELS, NAMED, TOLERANCES, Gamut, Spectra, classify, ratio
 from renderer.studies.gamut_tables import named_at, named_ratios, shares
+from renderer.system.files import whole_file
 
 COLUMNS = ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio")
 

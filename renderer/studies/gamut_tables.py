@@ -6,7 +6,7 @@ from renderer.colour.bands import XYZ_TO_BT709, XYZ_TO_SHARP, bt709_of_samples
 from renderer.colour.lamps import illuminant
 from renderer.colour.tables import munsell_chips
 from renderer.colour.upsampling import UPSAMPLING, clipped_eigen, cube, munsell_eigen, plain_eigen
-from renderer.report import Table
+from renderer.records.json_records import Table
 from renderer.studies.gamut import (
     CEILING,
     CLASSES,

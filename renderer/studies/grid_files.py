@@ -3,10 +3,10 @@
 import csv
 from pathlib import Path
 
-from renderer.files import whole_file
 from renderer.pictures.isolux import save_isolux
 from renderer.readings.grid import GridReading
-from renderer.scene.reading import Scene
+from renderer.scene.scene import Scene
+from renderer.system.files import whole_file
 
 COLUMNS = ("x_m", "y_m", "z_m", "direct_lx", "indirect_lx", "total_lx", "uncertainty_lx")
 

@@ -1,6 +1,6 @@
 """Records of readings as tables to show, and as rows of CSV."""
 
-from renderer.report import Table
+from renderer.records.json_records import Table
 
 
 def number(value: float | None, form: str) -> str:

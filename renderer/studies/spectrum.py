@@ -28,11 +28,11 @@ from renderer.colour.spectrum import Spectrum, read_lamp, read_reflectance
 from renderer.colour.tables import cie_1931, munsell_chips
 from renderer.colour.upsampling import UPSAMPLING
 from renderer.errors import InputError
-from renderer.files import whole_file
 from renderer.pictures.image import encode
 from renderer.pictures.spectrum_chart import save_chart
 from renderer.readings.colorimetry import colour_of
-from renderer.report import Table
+from renderer.records.json_records import Table
+from renderer.system.files import whole_file
 
 CHIPS = 5
 

@@ -12,19 +12,20 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from renderer.cache import program
 from renderer.colour.tables import munsell_chips
 from renderer.errors import InputError
-from renderer.scene.reading import Scene, load_table, revised
+from renderer.scene.reading import load_table, revised
+from renderer.scene.scene import Scene
+from renderer.system.cache import program
 
 KEYS = ("scenes", "title", "vary")
-MOST = 1_000_000
+MAX_CASES = 1_000_000
 """Rooms of one study."""
 INSTEAD = (("reflectance", "spectrum", "rgb", "srgb", "munsell"), ("spectrum", "cct"),
            ("flux", "luminance", "intensity"))
 """Keys of a scene file of which one takes another's place."""
 EVERY_CHIP = "*"
-TRIED = 1000
+CASES_TRIED = 1000
 """Rooms at most in which a value is tried before it is refused, or left to a row that says why."""
 
 
@@ -101,8 +102,8 @@ def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int 
                              "of the other. Remove one.")
     vary = {key: _values(path, key, values) for key, values in vary.items()}
     study = Study(path, _bases(path, scenes, solver, vary), vary)
-    if len(study) > MOST:
-        raise InputError(f"{path}: vary makes {len(study)} rooms; at most {MOST} are allowed. "
+    if len(study) > MAX_CASES:
+        raise InputError(f"{path}: vary makes {len(study)} rooms; at most {MAX_CASES} are allowed. "
                          "Divide the study.")
     _try_every_value(study)
     return study
@@ -188,7 +189,7 @@ def _stays(base: Base, case: dict[str, object], others: dict[str, list], fault: 
                 return False
     if said == {fault}:
         return True  # the others have no part in it
-    if math.prod(map(len, others.values())) > TRIED:
+    if math.prod(map(len, others.values())) > CASES_TRIED:
         return False
     return all(_fault(base, {**case, **dict(zip(others, values, strict=True))})
                for values in itertools.product(*others.values()))

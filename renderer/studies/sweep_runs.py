@@ -13,15 +13,15 @@ from pathlib import Path
 from signal import SIG_IGN, SIGINT, signal
 from threading import Thread
 
-from renderer.accuracy import solve_and_read
-from renderer.cache import user_cache
 from renderer.colour.tables import cie_1931
 from renderer.errors import InputError, SolveError
-from renderer.files import whole_file
 from renderer.readings.alpha_opic import equivalent_daylight
-from renderer.rooms import Progress, Rooms
+from renderer.solving.refine import solve_and_read
+from renderer.solving.transport_store import Progress, TransportStore
 from renderer.studies.cluster import as_done, connected
 from renderer.studies.sweep import Base, Case, Study, contents, identity, scene_of
+from renderer.system.cache import user_cache
+from renderer.system.files import whole_file
 
 BATCH, PIECES = 16, 4
 """Most rooms in one piece of work, done again when a worker dies; fewest pieces a worker."""
@@ -51,25 +51,25 @@ class Batch:
         return done
 
 
-_kept: dict[str, Rooms] = {}
+_kept: dict[str, TransportStore] = {}
 
 
-def rooms_for(batch: Batch) -> Rooms:
+def rooms_for(batch: Batch) -> TransportStore:
     """This worker's form factors for that base: the last one's are kept from batch to batch."""
     key = f"{batch.base.scene.geometry_key} {batch.cached}"
     if key not in _kept:
         _kept.clear()
-        _kept[key] = Rooms(user_cache() if batch.cached else None)
+        _kept[key] = TransportStore(user_cache() if batch.cached else None)
     return _kept[key]
 
 
-def rows_of(base: Base, case: Case, rooms: Rooms) -> Rows:
+def rows_of(base: Base, case: Case, store: TransportStore) -> Rows:
     """Readings of one room, a row each; one row with the reason where it cannot be solved."""
     try:
         scene = scene_of(base, case.values)
         if scene.geometry_key != base.scene.geometry_key:
-            rooms = Rooms(rooms.cache)
-        _, readings = solve_and_read(scene, rooms=rooms)
+            store = TransportStore(store.cache)
+        _, readings = solve_and_read(scene, store=store)
     except (InputError, SolveError) as error:
         fault = str(error).removeprefix(f"{base.scene.path}: ")  # wherever it lies: the row names the room
         return [{**dict.fromkeys(READ), "fault": fault}]

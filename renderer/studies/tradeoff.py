@@ -8,11 +8,11 @@ import numpy as np
 
 from renderer.colour.bands import BAND_SETS, narrow_bands
 from renderer.errors import InputError
-from renderer.plan import Plan, make_plan
 from renderer.readings.photometer import make_meter
-from renderer.rooms import Progress, Rooms
-from renderer.scene.reading import Scene
-from renderer.solution import solve_on
+from renderer.scene.scene import Scene
+from renderer.solving.plan import Plan, make_plan
+from renderer.solving.solution import solve_on
+from renderer.solving.transport_store import Progress, TransportStore
 from renderer.transport.transport import Transport, compute_transport, refuse_hidden
 
 LONGER = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0)
@@ -127,10 +127,10 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
                      rays=plan.rays and REFERENCE_RAYS)
     make_plan(scene, 0.01, finest.patch_size)  # refuses what is too large
     progress(f"{scene.title}: the reference, patches of {finest.patch_size:.3g} m")
-    rooms = Rooms()
-    transport = rooms.transport(scene, finest, seed + 1)
+    store = TransportStore()
+    transport = store.transport(scene, finest, seed + 1)
     refuse_hidden(scene, transport)
-    reference = solve_on(scene, narrow_bands(), finest, rooms, transport)
+    reference = solve_on(scene, narrow_bands(), finest, store, transport)
     readings = reference.photometers()
     if not any(r.total_lx > 0 for r in readings):
         raise InputError(f"{scene.path}: no light arrives at any of the photometers; move one into it.")
@@ -164,7 +164,7 @@ def asked_for(scene: Scene, plan: Plan) -> float | None:
 
 def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setting]:
     """What a mesh and its rays make of each band set: median times, and the worst of the draws of rays."""
-    rooms, geometry = Rooms(), []
+    store, geometry = TransportStore(), []
     seconds: dict[str, list[float]] = {name: [] for name in BAND_SETS}
     errors: dict[str, list[tuple]] = {name: [] for name in BAND_SETS}
     patches, asked = 0, asked_for(scene, plan)
@@ -175,7 +175,7 @@ def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setti
         patches = len(transport.mesh.patches)
         for name in BAND_SETS:
             def read(name=name, transport=transport, meters=meters):
-                solution = solve_on(scene, scene.band_set(name), plan, rooms, transport)
+                solution = solve_on(scene, scene.band_set(name), plan, store, transport)
                 return solution, np.array([solution.read_lx(meter).sum() for meter in meters])
 
             if run == 0:
@@ -196,7 +196,7 @@ def _prepared(scene: Scene, plan: Plan, seed: int) -> tuple[Transport, list]:
     transport = compute_transport(scene, plan.patch_size, plan.rays, seed)
     meters = [make_meter(transport, np.array(p.position), np.array(p.normal) / np.linalg.norm(p.normal),
                          f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
-    if transport.visibility is None or transport.parts > 1:
+    if transport.ray_scene is None or transport.parts > 1:
         _ = transport.to_vertices_read
     return transport, meters
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.files import whole_file
 from renderer.pictures.front import save_front
-from renderer.report import Table
+from renderer.records.json_records import Table
 from renderer.studies.tradeoff import TARGETS, Setting, Tradeoff
+from renderer.system.files import whole_file
 
 COLUMNS = ("bands", "method", "patch_size_m", "rays_per_patch", "patches", "seconds_geometry",
            "seconds_bands", "seconds", "error_photometers", "error_surfaces", "on_front")

@@ -10,17 +10,16 @@ from functools import partial
 
 import numpy as np
 
-from renderer.cache import Arrays
 from renderer.errors import InputError
-from renderer.lazy import cached_property
 from renderer.scene.luminaires import Luminaire
-from renderer.scene.reading import Scene
-from renderer.scene.rooms import Room
-from renderer.transport.contour import HORIZON, point_factors
-from renderer.transport.direct import direct_on_patches
-from renderer.transport.exchange import Exchange, from_arrays
-from renderer.transport.form_factors import Sight, contour_exchange, look_across, sight_from
-from renderer.transport.hemisphere import (
+from renderer.scene.room import Room
+from renderer.scene.scene import Scene
+from renderer.system.cache import Arrays
+from renderer.system.lazy import cached_property
+from renderer.transport.direct.direct import direct_on_patches
+from renderer.transport.factors.contour import HORIZON, point_factors
+from renderer.transport.factors.exchange import Exchange, from_arrays
+from renderer.transport.factors.hemisphere_rays import (
     Rows,
     cast,
     count,
@@ -29,16 +28,22 @@ from renderer.transport.hemisphere import (
     rays_of_vertex,
     shares,
 )
-from renderer.transport.mesh import build_mesh
-from renderer.transport.mounting import seated, stand_off
-from renderer.transport.parts import departures, half_samples, independent
-from renderer.transport.patches import Mesh
-from renderer.transport.sampling import REPLICAS
-from renderer.transport.visibility import Visibility
+from renderer.transport.factors.pair_rays import (
+    PairVisibility,
+    contour_exchange,
+    pair_visibility_from,
+    probe_pairs,
+)
+from renderer.transport.mesh.build import build_mesh
+from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.mesh.mounting import seated, stand_off
+from renderer.transport.radiosity.replicas import departures, half_samples, independent
+from renderer.transport.rays.ray_scene import RayScene
+from renderer.transport.rays.sampling import REPLICAS
 
-HIDDEN = 0.05
+MAX_LOST_SHARE = 0.05
 """A luminaire of which more than this share lights no surface is refused; less is sampling error."""
-INWARD = 1e-3
+VERTEX_INSET = 1e-3
 """How far a vertex is moved toward the exposed patches around it before it is asked what it
 receives, relative to their distance: a point on an edge or under an object has no one answer."""
 
@@ -67,7 +72,7 @@ class Transport:
     n_surfaces: int
     rays_per_patch: int
     seed: int
-    visibility: Visibility | None
+    ray_scene: RayScene | None
     remember: Callable[[str, Callable[[], Arrays]], Arrays] = compute
     elsewhere: Rows | None = None
     across: bool = True
@@ -78,28 +83,28 @@ class Transport:
     def hits(self) -> np.ndarray:
         """What the rays from each patch meet (n_patches, rays)."""
         return self.remember("rays", lambda: {"hits": cast(
-            self.mesh, self.visibility, self.rays_per_patch, (self.seed, 1), self.elsewhere)})["hits"]
+            self.mesh, self.ray_scene, self.rays_per_patch, (self.seed, 1), self.elsewhere)})["hits"]
 
     @cached_property
-    def sight(self) -> Sight | None:
+    def pair_visibility(self) -> PairVisibility | None:
         """What patches see of each other; None where nothing stands between them, or so much that rays all
         over their hemispheres are the better way."""
-        if self.visibility is None or not self.across:
+        if self.ray_scene is None or not self.across:
             return None
 
         def make() -> Arrays:
-            sight = look_across(self.mesh, self.visibility, self.rays_per_patch, (self.seed, 9))
-            return {} if sight is None else sight.arrays()
+            pair_visibility = probe_pairs(self.mesh, self.ray_scene, self.rays_per_patch, (self.seed, 9))
+            return {} if pair_visibility is None else pair_visibility.arrays()
 
         arrays = self.remember("sight", make)
-        return sight_from(arrays) if arrays else None
+        return pair_visibility_from(arrays) if arrays else None
 
     @cached_property
     def _operator(self) -> Arrays:
         def make() -> Arrays:
-            if self.visibility is not None and self.sight is None:
+            if self.ray_scene is not None and self.pair_visibility is None:
                 return count(self.mesh, self.hits).arrays()
-            exchange, whole = contour_exchange(self.mesh, self.sight)
+            exchange, whole = contour_exchange(self.mesh, self.pair_visibility)
             return {**exchange.arrays(), "whole": whole}
 
         return self.remember("exchange", make)
@@ -112,13 +117,13 @@ class Transport:
     @property
     def samples(self) -> int:
         """In how many parts of the rays the operator is known; 0 where no ray is cast, or too few are."""
-        return self.parts if self.visibility is not None and self.parts > 1 else 0
+        return self.parts if self.ray_scene is not None and self.parts > 1 else 0
 
     def departures(self, radiosity: np.ndarray) -> np.ndarray:
         """How much more irradiance the operator by each part of the rays brings (parts, n_patches, n_bands),
         as an independent part would, or `stretch` times less. radiosity : (n_patches, n_bands)"""
-        if self.sight is not None:
-            more = partial(half_samples, self.sight, self._operator["whole"], self.samples)
+        if self.pair_visibility is not None:
+            more = partial(half_samples, self.pair_visibility, self._operator["whole"], self.samples)
         else:
             more = partial(independent, self.mesh, self.exchange, self.hits, self.samples)
         return departures(self.exchange, more, radiosity)
@@ -126,12 +131,12 @@ class Transport:
     @property
     def stretch(self) -> float:
         """How many times farther than `departures` says independent parts would be from the whole."""
-        return 1.0 if self.sight is None else float(np.sqrt(self.parts))
+        return 1.0 if self.pair_visibility is None else float(np.sqrt(self.parts))
 
     @cached_property
     def _direct(self) -> Arrays:
         def make() -> Arrays:
-            direct, lost = direct_on_patches(self.mesh, self.exchange, self.luminaires, self.visibility,
+            direct, lost = direct_on_patches(self.mesh, self.exchange, self.luminaires, self.ray_scene,
                                              (self.seed, 2), self.parts)
             return {"direct": direct, "lost": lost}
 
@@ -151,7 +156,7 @@ class Transport:
     @property
     def rays(self) -> int:
         """Visibility rays cast so far, the camera's own left out where light needs none."""
-        return self.visibility.rays if self.visibility is not None else 0
+        return self.ray_scene.rays if self.ray_scene is not None else 0
 
     @cached_property
     def direct(self) -> np.ndarray:
@@ -159,9 +164,9 @@ class Transport:
         return self.direct_parts.mean(axis=0)
 
     @cached_property
-    def eye(self) -> Visibility:
+    def eye(self) -> RayScene:
         """What a camera looks through: rays are cast even where light needs none."""
-        return self.visibility or Visibility(self.mesh)
+        return self.ray_scene or RayScene(self.mesh)
 
     @property
     def parts(self) -> int:
@@ -182,7 +187,7 @@ class Transport:
         sample : from which independent part of the rays; None for all; shown : in pictures, where light is
         what vertices say; readings take the patches' means and only what vertices differ by.
         """
-        if self.visibility is not None and self.parts == 1:
+        if self.ray_scene is not None and self.parts == 1:
             return self.mesh.around_vertices @ received
         every, parts = self.to_vertices if shown else self.to_vertices_read
         share = every if sample is None else parts[sample]
@@ -197,20 +202,20 @@ class Transport:
     @cached_property
     def to_vertices_read(self) -> tuple:
         """The same from as many rays as readings need."""
-        if self.visibility is None:
+        if self.ray_scene is None:
             return self.to_vertices
         return self._from_vertices("vertices read", rays_of_vertex(self.rays_per_patch))
 
     def _from_vertices(self, name: str, rays: int) -> tuple:
         mesh = self.mesh
         points, normals = self._vertex_points()
-        if self.visibility is None:
+        if self.ray_scene is None:
             lifted = points + HORIZON / 2 * mesh.scale * normals
             return self.remember(name, lambda: {"factors": point_factors(
                 lifted, normals, mesh)})["factors"], ()
-        lifted = self.visibility.off(points, normals)
+        lifted = self.ray_scene.off(points, normals)
         hits = self.remember(name, lambda: {"hits": look_round(
-            lifted, normals, self.visibility, rays, (self.seed, 3))})["hits"]
+            lifted, normals, self.ray_scene, rays, (self.seed, 3))})["hits"]
         return shares(hits, len(mesh.patches)), tuple(
             shares(part, len(mesh.patches)) for part in np.split(hits, REPLICAS, axis=1))
 
@@ -237,7 +242,7 @@ class Transport:
         target /= total[:, None]
         normals = np.zeros_like(mesh.vertices)
         normals[corner] = np.repeat(mesh.normal, 4, axis=0)
-        return mesh.vertices + INWARD * (target - mesh.vertices), normals
+        return mesh.vertices + VERTEX_INSET * (target - mesh.vertices), normals
 
 
 def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
@@ -251,7 +256,7 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
     luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     mesh = build_mesh(scene, luminaires, patch_size)
     transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed,
-                          Visibility(mesh) if rays else None, remember, elsewhere, across)
+                          RayScene(mesh) if rays else None, remember, elsewhere, across)
     if not transport.exchange.areas.any():
         names = ", ".join(repr(solid.name) for solid in scene.solids)
         raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "
@@ -265,7 +270,7 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
 
 def refuse_hidden(scene: Scene, transport: Transport) -> None:
     """Raise InputError where a luminaire's light does not get into the room."""
-    for index in np.flatnonzero(np.abs(transport.lost) > HIDDEN):
+    for index in np.flatnonzero(np.abs(transport.lost) > MAX_LOST_SHARE):
         raise InputError(f"{scene.path}: luminaires[{index}] {transport.luminaires[index].name!r} sends "
                          f"{transport.lost[index]:.0%} of its light into a surface that it touches or an "
                          "object that covers it. Move it clear, or turn its normal into the room.")

@@ -5,10 +5,10 @@ from scipy import sparse
 
 from renderer.pictures.camera import View
 from renderer.readings.uncertainty import ROUNDING, STUDENT, step_shares
-from renderer.solution import Solution
-from renderer.transport.direct import SHADOW_RAYS, unoccluded
-from renderer.transport.field import direct_on, seen_from
-from renderer.transport.sampling import REPLICAS
+from renderer.solving.solution import Solution
+from renderer.transport.direct.direct import SHADOW_RAYS, unoccluded
+from renderer.transport.rays.sampling import REPLICAS
+from renderer.transport.sensors import direct_on, seen_from
 
 INSET = 1e-3
 """How far inside its patch a corner is looked up on the other mesh, relative to the patch."""
@@ -23,23 +23,23 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     rays; here of what is interpolated between vertices, the largest at a patch's corners and middle, since a
     difference may vanish by chance at one place.
     """
-    family, mesh = solution.family, solution.transport.mesh
-    luminous = family.meshes[0].bands.luminous
+    mesh_sequence, mesh = solution.mesh_sequence, solution.transport.mesh
+    luminous = mesh_sequence.meshes[0].bands.luminous
     places = np.concatenate([mesh.corners, mesh.centroid[:, None]], axis=1)
     places[:, :4] += INSET * (places[:, 4:] - places[:, :4])
-    here, *there = (each.vertex_irradiance @ luminous for each in family.meshes)
+    here, *there = (each.vertex_irradiance @ luminous for each in mesh_sequence.meshes)
     values = [np.column_stack([here[mesh.patches], _at_middle(mesh, here)])]
     values += [_on(each, places, mesh.normal, light)
-               for each, light in zip(family.meshes[1:], there, strict=True)]
+               for each, light in zip(mesh_sequence.meshes[1:], there, strict=True)]
     moved = [share * _largest(mesh, np.abs(one - other)) for share, one, other in zip(
-        step_shares(family.steps), values, values[1:], strict=False)]
+        step_shares(mesh_sequence.steps), values, values[1:], strict=False)]
     of_mesh = np.sqrt(np.mean(np.square(moved), axis=0)) + ROUNDING * _at_middle(mesh, here)
-    samples = family.samples
+    samples = mesh_sequence.samples
     if not samples:
         return of_mesh, np.zeros(len(mesh.patches))
     spread = np.array([sample.vertex_irradiance @ luminous for sample in samples]).std(axis=0, ddof=1)
     own = samples[0].transport is solution.transport  # a very fine mesh leaves the samples to the other
-    on_patches = spread[mesh.patches] if own else _on(family.meshes[1], places, mesh.normal, spread)
+    on_patches = spread[mesh.patches] if own else _on(mesh_sequence.meshes[1], places, mesh.normal, spread)
     return of_mesh, STUDENT / np.sqrt(len(samples)) * _largest(mesh, on_patches)
 
 
@@ -75,7 +75,7 @@ def shadow_bars(view: View) -> sparse.csr_array:
     """95 % half-widths of the direct light at each pixel's middle, per lumen of each luminaire
     (n_pixels, n_luminaires) [m⁻²]; not 0 only in penumbras, where rays were counted."""
     transport, n = view.transport, view.patch.size
-    if transport.visibility is None or not transport.luminaires:
+    if transport.ray_scene is None or not transport.luminaires:
         return sparse.csr_array((n, len(transport.luminaires)))
     pixel = np.flatnonzero((view.patch.ravel() >= 0) & (view.light > 0).any(axis=1))
     patch, s, t = seen_from(transport, view.eye, view.directions(pixel))

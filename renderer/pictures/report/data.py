@@ -14,7 +14,7 @@ from renderer.pictures.camera import View
 from renderer.pictures.report.bars import patch_bars, shadow_bars
 from renderer.pictures.report.pack import Pack
 from renderer.readings.uncertainty import STUDENT
-from renderer.solution import Solution
+from renderer.solving.solution import Solution
 from renderer.transport.transport import Transport
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from renderer.colour.bands import LUMINANCE_WEIGHTS, XYZ_TO_BT709
-from renderer.files import whole_file
 from renderer.pictures.camera import View
 from renderer.pictures.image import exposure, white_balance
 from renderer.pictures.pseudocolour import scale_top
@@ -28,7 +27,8 @@ from renderer.pictures.report.files import scene_files
 from renderer.pictures.report.pack import CURVES, ERROR, Pack
 from renderer.pictures.report.tables import files_list, plan_table, readings_table
 from renderer.readings.reading import Reading
-from renderer.solution import Solution
+from renderer.solving.solution import Solution
+from renderer.system.files import whole_file
 
 HERE = Path(__file__).parent
 SCRIPTS = ("decode", "light", "colour", "readings", "pictures", "pins", "space", "page")

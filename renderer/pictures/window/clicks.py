@@ -6,9 +6,9 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.pictures.sheet import BAND_TITLES
-from renderer.pictures.window.light import first_front, lamp_of
+from renderer.pictures.window.skin import first_front, lamp_of
 from renderer.readings.reading import Reading
-from renderer.solution import Solution
+from renderer.solving.solution import Solution
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from renderer.pictures.report.viewpoint import looks
 from renderer.pictures.sheet import plain
 from renderer.pictures.window.clicks import Click, band_title, place_at, said
 from renderer.pictures.window.display import refuse_unseen
-from renderer.pictures.window.light import Skin, first_front, light_on, skin
 from renderer.pictures.window.overlay import Overlay
-from renderer.rooms import Progress
-from renderer.solution import Solution
+from renderer.pictures.window.skin import Skin, first_front, light_on, skin
+from renderer.solving.solution import Solution
+from renderer.solving.transport_store import Progress
 
 SIZE = (1200, 800)
 PIXELS = 160 * 120

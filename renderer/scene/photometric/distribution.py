@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.lazy import cached_property
+from renderer.system.lazy import cached_property
 
 DOWNWARD = 0.25
 """Step [°] of the directions that a flux through half of all directions is summed over."""

@@ -9,9 +9,9 @@ from renderer.scene.photometric.lm63 import read_lm63
 from renderer.scene.photometric.record import Photometry
 
 READERS = {".ies": read_lm63, ".ldt": read_eulumdat}
-LARGEST_FILE = 16_000_000
+MAX_FILE_BYTES = 16_000_000
 """Bytes; a file of ten thousand directions has 100,000."""
-LONGEST = 100.0
+MAX_OPENING = 100.0
 """Longest side of a luminous opening [m]."""
 
 
@@ -33,18 +33,18 @@ def read_photometry(path: Path, where: str) -> Photometry:
     except OSError as error:
         raise InputError(f"{where}: {path.name} cannot be read ({error.strerror}).") from None
     shape = photometry.shape
-    if max(shape.length, shape.width, shape.height) > LONGEST:
+    if max(shape.length, shape.width, shape.height) > MAX_OPENING:
         raise InputError(f"{where}: {path.name} has a luminous opening of {shape.length:g} × {shape.width:g} "
-                         f"× {shape.height:g} m; must be up to {LONGEST:g} m. Is its unit right?")
+                         f"× {shape.height:g} m; must be up to {MAX_OPENING:g} m. Is its unit right?")
     return photometry
 
 
 def _text(path: Path) -> str:
     with path.open("rb") as file:
-        data = file.read(LARGEST_FILE + 1)
-    if len(data) > LARGEST_FILE:
-        raise ValueError(f"has more than {LARGEST_FILE / 1e6:.0f} MB; a photometric file has some 0.1. Give "
-                         "another")
+        data = file.read(MAX_FILE_BYTES + 1)
+    if len(data) > MAX_FILE_BYTES:
+        raise ValueError(f"has more than {MAX_FILE_BYTES / 1e6:.0f} MB; a photometric file has some 0.1. "
+                         "Give another")
     if not data.strip():
         raise ValueError("is empty. Get it again")
     if b"\0" in data:

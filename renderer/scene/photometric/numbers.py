@@ -5,11 +5,11 @@ from math import isfinite
 
 import numpy as np
 
-BRIGHTEST = 1e12
+MAX_INTENSITY_CD = 1e12
 """Largest intensity [cd] that is taken for one; the sun's is 3e27."""
 LINE_END = re.compile(r"\r\n|\r|\n")
 """str.splitlines would also part a line at Latin-1's 0x85."""
-LARGEST = 1e15
+MAX_NUMBER = 1e15
 """Largest number of any kind."""
 
 
@@ -55,8 +55,8 @@ def number(token: str, what: str) -> float:
         value = float(token)
     except ValueError:
         raise ValueError(f"has {token[:20]!r} for {what}; must be a number. Mend it") from None
-    if not isfinite(value) or abs(value) > LARGEST:
-        raise ValueError(f"has {token[:20]} for {what}; must be a number up to {LARGEST:.0e}. Mend it")
+    if not isfinite(value) or abs(value) > MAX_NUMBER:
+        raise ValueError(f"has {token[:20]} for {what}; must be a number up to {MAX_NUMBER:.0e}. Mend it")
     return value
 
 
@@ -86,7 +86,8 @@ def refuse_intensities(candela: np.ndarray) -> None:
         row, column = np.unravel_index(candela.argmin(), candela.shape)
         raise ValueError(f"has a negative intensity, {candela.min():g} cd, value {column + 1} of plane "
                          f"{row + 1}; light is not negative. Put 0 there if it is noise")
-    if candela.max() > BRIGHTEST:
-        raise ValueError(f"has an intensity of {candela.max():g} cd; must be up to {BRIGHTEST:.0e}. Mend it")
-    if candela.max() < 1 / BRIGHTEST:
+    if candela.max() > MAX_INTENSITY_CD:
+        raise ValueError(f"has an intensity of {candela.max():g} cd; must be up to "
+                         f"{MAX_INTENSITY_CD:.0e}. Correct the file")
+    if candela.max() < 1 / MAX_INTENSITY_CD:
         raise ValueError("has no intensity above 0, so it gives no light. Get it again")

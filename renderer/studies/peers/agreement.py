@@ -9,12 +9,13 @@ from math import floor, hypot, log10
 from pathlib import Path
 
 from renderer.colour.materials import Material
-from renderer.files import whole_file
-from renderer.rooms import Progress, Rooms
-from renderer.scene.reading import Scene, load
-from renderer.solution import solve
+from renderer.scene.reading import load
+from renderer.scene.scene import Scene
+from renderer.solving.solution import solve
+from renderer.solving.transport_store import Progress, TransportStore
 from renderer.studies.peers import mitsuba3, radiance
-from renderer.studies.peers.handover import CannotRun, Value
+from renderer.studies.peers.export import CannotRun, Value
+from renderer.system.files import whole_file
 
 REFLECTANCES = (0.05, 0.2, 0.5, 0.8, 0.9)
 """What box.toml is painted with, every surface alike."""
@@ -88,8 +89,8 @@ def rooms() -> list[Scene]:
 
 def compare_with_peers(scenes: list[Scene], progress: Progress) -> Agreement:
     """Read every photometer of every scene here, in RGB, and in each peer that can run."""
-    shared = Rooms()
-    ours = [solve(scene, "rgb", ACCURACY, rooms=shared, progress=progress).photometers()
+    shared = TransportStore()
+    ours = [solve(scene, "rgb", ACCURACY, store=shared, progress=progress).photometers()
             for scene in scenes]
     theirs, skipped = {}, []
     for name, readings in PEERS.items():

@@ -20,10 +20,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from renderer.rooms import Progress
-from renderer.scene.reading import Scene
-from renderer.studies.peers.handover import (
-    LONGEST,
+from renderer.scene.scene import Scene
+from renderer.solving.transport_store import Progress
+from renderer.studies.peers.export import (
+    MAX_EDGE,
     PRECISION,
     SECONDS,
     TINY,
@@ -132,7 +132,7 @@ def scene_dict(room: Handover, meter: Meter | None = None) -> dict:
 
     surfaces = list(room.surfaces)
     if meter is not None:
-        u, v = (TINY / 4 * LONGEST * x for x in across(meter.normal))
+        u, v = (TINY / 4 * MAX_EDGE * x for x in across(meter.normal))
         surfaces.append(Surface([meter.position + np.array([-u - v, u - v, u + v, v - u])], np.ones(3)))
     parts = {f"surface{k}": _mesh(s, f"surface{k}") for k, s in enumerate(surfaces)}
     for k, point in enumerate(room.points):
@@ -146,12 +146,12 @@ def _camera(meter: Meter) -> dict:
     """Looks straight at the middle of the tile from as near as Mitsuba traces well."""
     import mitsuba as mi
 
-    away = TINY * LONGEST
+    away = TINY * MAX_EDGE
     look = mi.ScalarTransform4f().look_at(origin=(meter.position + away * meter.normal).tolist(),
                                           target=meter.position.tolist(),
                                           up=across(meter.normal)[0].tolist())
     return {"type": "orthographic", "near_clip": away / 10, "far_clip": 2 * away,
-            "to_world": look.scale([TINY / 100 * LONGEST, TINY / 100 * LONGEST, 1.0]),
+            "to_world": look.scale([TINY / 100 * MAX_EDGE, TINY / 100 * MAX_EDGE, 1.0]),
             "film": {"type": "hdrfilm", "width": PIXELS, "height": PIXELS, "pixel_format": "rgb",
                      "rfilter": {"type": "box"}},
             "sampler": {"type": "multijitter", "sample_count": PATHS}}

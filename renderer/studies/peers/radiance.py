@@ -17,10 +17,10 @@ from subprocess import CalledProcessError
 
 import numpy as np
 
-from renderer.rooms import Progress
-from renderer.scene.reading import Scene
-from renderer.studies.peers.handover import (
-    LONGEST,
+from renderer.scene.scene import Scene
+from renderer.solving.transport_store import Progress
+from renderer.studies.peers.export import (
+    MAX_EDGE,
     PRECISION,
     SECONDS,
     TINY,
@@ -107,7 +107,7 @@ def radiance_text(room: Handover) -> str:
         for n, part in enumerate(p for polygon in surface.polygons for p in _sampled_evenly(polygon)):
             lines.append(_primitive(f"finish{k} polygon", f"surface{k}.{n}", part.ravel()))
     for k, point in enumerate(room.points):
-        radius = TINY * LONGEST
+        radius = TINY * MAX_EDGE
         lines.append(_primitive("void light", f"lamp{k}", point.intensity / (np.pi * radius**2)))
         lines.append(_primitive(f"lamp{k} sphere", f"point{k}", [*point.center, radius]))
     return "".join(lines)

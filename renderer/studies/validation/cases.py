@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from renderer.scene.reading import Scene, load
+from renderer.scene.reading import load
+from renderer.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,12 @@ import trimesh
 
 from renderer.colour.bands import band_set
 from renderer.errors import InputError, SolveError
-from renderer.plan import Plan
 from renderer.readings.photometer import make_meter
 from renderer.readings.reading import Reading
-from renderer.rooms import Rooms
-from renderer.scene.reading import Scene
-from renderer.solution import Solution, solve, solve_on
+from renderer.scene.scene import Scene
+from renderer.solving.plan import Plan
+from renderer.solving.solution import Solution, solve, solve_on
+from renderer.solving.transport_store import TransportStore
 from renderer.studies.validation.cases import PANEL, Case, box_room, meter, solid
 from renderer.studies.validation.photometry import BALANCE_AIM, POINT, UP
 from renderer.transport.transport import compute_transport
@@ -267,7 +267,7 @@ def single_precision(folder: Path) -> list[Case]:
         scene = box_room(folder, _scaled(k) + crate, np.multiply((4, 4, 3), k))
         transport = compute_transport(scene, 0.4 * k, 1024, 0)
         at = make_meter(transport, np.multiply((1.5, 2.2, 0), k), np.array(UP), "")
-        light = solve_on(scene, band_set("rgb"), Plan(0.4 * k, 1024, ()), Rooms(), transport)
+        light = solve_on(scene, band_set("rgb"), Plan(0.4 * k, 1024, ()), TransportStore(), transport)
         readings.append(light.read_lx(at).sum() * k**2)
     for k, reading in zip((1.1, 1.2, 1.3, 1.4, 1.5), readings[1:], strict=True):
         rows.append(Case("Single precision", f"the same rays, {k:g} times as large", "total × scale²",

@@ -7,11 +7,11 @@ import numpy as np
 import trimesh
 
 from renderer.readings.photometer import make_meter
-from renderer.rooms import Rooms
-from renderer.solution import Solution, solve
+from renderer.solving.solution import Solution, solve
+from renderer.solving.transport_store import TransportStore
 from renderer.studies.validation.cases import PANEL, Case, box_room, solid
-from renderer.transport.contour import exchange_areas, polygon_factors
-from renderer.transport.solve import radiosity
+from renderer.transport.factors.contour import exchange_areas, polygon_factors
+from renderer.transport.radiosity.solve import radiosity
 from renderer.transport.transport import compute_transport
 
 ORACLES = json.loads((Path(__file__).parent / "oracles.json").read_text())
@@ -166,10 +166,10 @@ def sphere(folder: Path) -> list[Case]:
     ball = trimesh.creation.icosphere(subdivisions=3, radius=1.0)
     ball.export(folder / "sphere.ply")
     lamp = '\n[[luminaires]]\nshape = "point"\ncenter = [0.3, 0.2, 0.1]\nflux = 1000\n'
-    rows, rooms = [], Rooms()
+    rows, store = [], TransportStore()
     for rho in (0.5, 0.9, 0.98):
         scene = box_room(folder, lamp, rho=rho, shape='mesh = "sphere.ply"')
-        solution = solve(scene, "rgb", rooms=rooms)
+        solution = solve(scene, "rgb", store=store)
         expected = 1000 / scene.room.area * rho / (1 - rho)
         middles = ball.triangles_center[:: len(ball.faces) // 4]
         for k, point in enumerate(middles):

@@ -4,10 +4,10 @@ import json
 import tempfile
 from pathlib import Path
 
-from renderer.files import whole_file
-from renderer.rooms import Progress
+from renderer.solving.transport_store import Progress
 from renderer.studies.validation import colours, extremes, photometry
 from renderer.studies.validation.cases import Case, markdown
+from renderer.system.files import whole_file
 
 ORACLES = (photometry.form_factors, photometry.cie_171, photometry.closed_rooms, photometry.sphere,
            photometry.planes, photometry.furnace, colours.planck, colours.daylight, colours.colorimetry,

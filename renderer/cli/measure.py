@@ -1,0 +1,206 @@
+"""Commands that read rooms: photometer, luminance, ugr."""
+
+import time
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from renderer.cli.options import Output, Printing, Solving, vector
+from renderer.cli.terminal import list_files, print_as, progress_shown, show_laws, warn, warn_before
+from renderer.errors import InputError
+
+
+def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+               normal: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+               printing: Printing | None = None, solving: Solving | None = None,
+               output: Output | None = None) -> None:
+    """Illuminance and colour at the scene's photometers and over its grids, or at one point.
+
+    For each grid it also writes grid_<name>.csv and the isolux plan grid_<name>.png.
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    at
+        Where to read, as x,y,z in metres; else the scene's own photometers and grids.
+    normal
+        The direction the meter faces, as x,y,z; with --at; else up.
+    """
+    from renderer.records.json_records import solution_record
+    from renderer.scene.reading import load
+    from renderer.solving.measure import read_grid
+    from renderer.solving.refine import solve_until
+    from renderer.studies.grid_files import save_grid
+    from renderer.studies.reading_tables import photometer_rows, photometer_tables
+    from renderer.system.files import output_folder
+
+    started = time.perf_counter()
+    form = (printing or Printing()).checked()
+    solving, output = (solving or Solving()).checked(), output or Output()
+    loaded = load(scene)
+    spots, grids = _spots(loaded, at, normal), loaded.grids if at is None else []
+    out = output_folder(output.out) if grids else output.out
+    warn_before(loaded, solving.accuracy)
+
+    def read(solution):
+        readings = solution.read_at(spots)
+        areas = [read_grid(solution, grid) for grid in grids]
+        return (readings, areas), [*(r.figure for r in readings), *(f for a in areas for f in a.figures)]
+
+    with progress_shown(output.quiet) as progress:
+        solution, (readings, areas), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
+                                                           solving.seed, solving.store(), progress)
+        asked = solving.accuracy or loaded.solver.accuracy
+        files = [file for area in areas for file in save_grid(loaded, area, out)]
+        record = solution_record(solution, readings, asked, time.perf_counter() - started, areas)
+    warn(solution, figures, asked)
+    print_as(form, record, photometer_tables(record), photometer_rows(record))
+    if form == "table":
+        show_laws([solution])
+        if files:
+            list_files(files, out)
+
+
+def _spots(scene, at: str | None, normal: str | None) -> list[tuple]:
+    """Position, normal and name of each photometer to read. Raises InputError."""
+    if at is not None:
+        facing = vector("--normal", normal or "0,0,1")
+        if max(map(abs, facing)) < 1e-9:
+            raise InputError(f"--normal is {normal!r}, which has no length; give a direction: 0,0,1.")
+        return [(_inside(scene, at), facing, f"at {at}")]
+    if normal is not None:
+        raise InputError(f"--normal is {normal!r} but --at is not given; give both, or neither for the "
+                         "scene's own photometers.")
+    if not scene.photometers and not scene.grids:
+        raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] or [[photometer_grids]] "
+                         "table, or say where with --at x,y,z.")
+    return [(p.position, p.normal, p.name) for p in scene.photometers]
+
+
+def _inside(scene, at: str) -> tuple[float, float, float]:
+    """The point of --at [m]. Raises InputError where it is outside the room."""
+    import numpy as np
+
+    from renderer.scene.room import refuse_outside
+
+    point = vector("--at", at)
+    refuse_outside(scene.room, np.array(point), "--at is", "Move it into the room")
+    return point
+
+
+def luminance(scene: str, *, pixel: str | None = None,
+              at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+              look_at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None, angle: float = 1.0,
+              printing: Printing | None = None, solving: Solving | None = None,
+              output: Output | None = None) -> None:
+    """Luminance at the scene's spot meters, or of one spot or pixel, and the mean of every surface.
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    pixel
+        A pixel of the scene's camera, as x,y from the upper left, 0,0 the first.
+    at
+        Where the eye is, as x,y,z in metres; with --look-at.
+    look_at
+        What it looks at, as x,y,z in metres.
+    angle
+        Acceptance angle of that spot in degrees, the whole cone.
+    """
+    from renderer.records.json_records import luminance_record, of_run, surface_records
+    from renderer.scene.reading import load
+    from renderer.solving.measure import mean_luminance, surface_luminances
+    from renderer.solving.refine import solve_until
+    from renderer.studies.luminance_spots import spots_of
+    from renderer.studies.reading_tables import luminance_rows, luminance_tables
+
+    started = time.perf_counter()
+    form = (printing or Printing()).checked()
+    solving, output = (solving or Solving()).checked(), output or Output()
+    loaded = load(scene)
+    spots = spots_of(loaded, pixel, _sight(loaded, at, look_at), angle)
+    warn_before(loaded, solving.accuracy)
+
+    def read(solution):
+        seen = [mean_luminance(solution, spot.position, spot.directions, spot.name) for spot in spots]
+        surfaces = surface_luminances(solution)
+        return (seen, surfaces), seen
+
+    with progress_shown(output.quiet) as progress:
+        solution, (seen, surfaces), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
+                                                          solving.seed, solving.store(), progress)
+        asked = solving.accuracy or loaded.solver.accuracy
+    record = {**of_run(solution, asked, time.perf_counter() - started),
+              "spots": [luminance_record(figure, spot.position, spot.axis, spot.angle)
+                        for figure, spot in zip(seen, spots, strict=True)],
+              "surfaces": surface_records(solution, surfaces)}
+    warn(solution, figures, asked)
+    print_as(form, record, luminance_tables(record), luminance_rows(record))
+    if form == "table":
+        show_laws([solution])
+
+
+def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+        look_at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+        printing: Printing | None = None, solving: Solving | None = None,
+        output: Output | None = None) -> None:
+    """Unified glare rating (CIE 117) of the scene's observers, or of one.
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    at
+        Where the observer's eye is, as x,y,z in metres; with --look-at.
+    look_at
+        What the observer looks at, as x,y,z in metres.
+    """
+    from renderer.records.json_records import glare_record, of_run
+    from renderer.scene.reading import load
+    from renderer.solving.measure import rate_glare
+    from renderer.solving.refine import solve_until
+    from renderer.studies.reading_tables import glare_rows, glare_tables
+
+    started = time.perf_counter()
+    form = (printing or Printing()).checked()
+    solving, output = (solving or Solving()).checked(), output or Output()
+    loaded = load(scene)
+    sight = _sight(loaded, at, look_at)
+    eyes = [(o.position, o.toward, o.name) for o in loaded.observers]
+    if sight is not None:
+        eyes = [(*sight, f"at {at}")]
+    if not eyes:
+        raise InputError(f"{loaded.path}: observers is empty; add an [[observers]] table with position and "
+                         "look_at, or say where with --at x,y,z --look-at x,y,z.")
+    warn_before(loaded, solving.accuracy)
+
+    def read(solution):
+        found = [rate_glare(solution, *eye) for eye in eyes]
+        return found, [glare.indirect for glare in found]
+
+    with progress_shown(output.quiet) as progress:
+        solution, found, figures = solve_until(loaded, read, solving.bands, solving.accuracy, solving.seed,
+                                               solving.store(), progress)
+        asked = solving.accuracy or loaded.solver.accuracy
+    record = {**of_run(solution, asked, time.perf_counter() - started),
+              "observers": [glare_record(glare) for glare in found]}
+    warn(solution, figures, asked)
+    print_as(form, record, glare_tables(record), glare_rows(record))
+    if form == "table":
+        show_laws([solution])
+
+
+def _sight(scene, at: str | None, look_at: str | None) -> tuple | None:
+    """An eye (3,) [m] and the way it looks (3,); None where none is given. Raises InputError."""
+    if at is None and look_at is None:
+        return None
+    if at is None or look_at is None:
+        raise InputError(f"--{'look-at' if at is None else 'at'} is {at or look_at!r} alone; give both "
+                         "--at x,y,z and --look-at x,y,z, or neither.")
+    eye, target = _inside(scene, at), vector("--look-at", look_at)
+    toward = tuple(b - a for a, b in zip(eye, target, strict=True))
+    if max(map(abs, toward)) < 1e-9:
+        raise InputError(f"--look-at is {look_at!r}, the eye's own place; give another point.")
+    return eye, toward

@@ -1,0 +1,136 @@
+"""Commands that show rooms: compare, report, render, pseudocolour."""
+
+from shlex import quote
+
+from renderer.cli.options import Output, Solving
+from renderer.cli.terminal import list_files, progress_shown, say, show, show_laws, warn, warn_before
+from renderer.errors import InputError
+
+DECK = ("grey_room", "red_room", "saturated_red_room")
+"""Shown where no room is named."""
+
+
+def compare(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
+    """Rooms side by side in RGB, in RGB prefiltered, and in 31 bands: pictures, maps and readings.
+
+    Parameters
+    ----------
+    scenes
+        Scene files or names of packaged rooms; without any, the deck's grey and red rooms.
+    """
+    from renderer.scene.reading import load
+    from renderer.studies.comparison import save_pictures, save_table, solve_all
+    from renderer.system.files import output_folder
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    if solving.bands is not None:
+        raise InputError("--bands has no place in compare, which shows all band sets. Remove it.")
+    loaded = [load(s) for s in scenes or DECK]
+    for scene in loaded:
+        warn_before(scene, solving.accuracy)
+    out = output_folder(output.out)
+    with progress_shown(output.quiet) as progress:
+        cases = solve_all(loaded, solving.accuracy, solving.seed, solving.store(), progress)
+        files = save_table(cases, out) + save_pictures(cases, out, progress)
+    rows = []
+    for case in cases:
+        warn(case.solution, [r.figure for r in case.readings],
+             solving.accuracy or case.solution.scene.solver.accuracy)
+        for r, ratio in zip(case.readings, case.ratios, strict=True):
+            rows.append([case.solution.scene.title, case.solution.bands.name, r.name,
+                         f"{r.direct_lx:.2f}", f"{r.indirect_lx:.2f}", f"{r.total_lx:.2f}",
+                         f"± {r.uncertainty:.2g}", "–" if ratio is None else f"{ratio:.3f}"])
+    show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total",
+                               "95 %", "ratio to first room"], rows)
+    show_laws([case.solution for case in cases])
+    list_files(files, out)
+
+
+def report(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
+    """Rooms in one HTML file to look at and to read with a photometer, in RGB and in 31 bands.
+
+    Parameters
+    ----------
+    scenes
+        Scene files or names of packaged rooms; without any, the deck's grey and red rooms.
+    """
+    from renderer.scene.reading import load
+    from renderer.studies.report import save, solve_rooms
+    from renderer.system.files import output_folder
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    if solving.bands is not None:
+        raise InputError("--bands has no place in report, which shows RGB and 31 bands. Remove it.")
+    loaded = [load(s) for s in scenes or DECK]
+    for scene in loaded:
+        warn_before(scene, solving.accuracy)
+    out = output_folder(output.out)
+    with progress_shown(output.quiet) as progress:
+        rooms = solve_rooms(loaded, solving.accuracy, solving.seed, solving.store(), progress)
+        file, notes = save(rooms, _said(loaded, solving), out, progress)
+    for room in rooms:
+        asked = solving.accuracy or room.scene.solver.accuracy
+        warn(room.solutions["31"], [reading.figure for reading in room.readings["31"]], asked)
+    for note in notes:
+        say(note)
+    show_laws([room.solutions["31"] for room in rooms])
+    print(f"{file}: {file.stat().st_size / 1e6:.1f} MB, opens in any browser")
+
+
+def _said(scenes: list, solving: Solving) -> str:
+    """The command that makes a report again, beside its scene files."""
+    options = [] if solving.accuracy is None else [f"--accuracy {solving.accuracy:g}"]
+    options += [] if solving.seed is None else [f"--seed {solving.seed}"]
+    return " ".join(["renderer report", *(quote(scene.path.name) for scene in scenes), *options])
+
+
+def render(scene: str, *, solving: Solving | None = None, output: Output | None = None) -> None:
+    """One room: a picture, luminance and spectral EXR files, and its patches.
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    """
+    from renderer.studies.render import save_render
+
+    _one_room(scene, solving, output, save_render, in_colour=True)
+
+
+def pseudocolour(scene: str, *, solving: Solving | None = None,
+                 output: Output | None = None) -> None:
+    """Luminance maps of one room, direct and total, with a legend in cd/m².
+
+    Parameters
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    """
+    from renderer.studies.render import save_pseudocolour
+
+    _one_room(scene, solving, output, save_pseudocolour)
+
+
+def _one_room(scene: str, solving: Solving | None, output: Output | None, save, in_colour=False) -> None:
+    from renderer.scene.reading import load
+    from renderer.solving.solution import solve
+    from renderer.system.files import output_folder
+
+    solving, output = (solving or Solving()).checked(), output or Output()
+    loaded = load(scene)
+    if loaded.camera is None:
+        raise InputError(f"{loaded.path}: camera is missing; a picture needs a [camera] table with "
+                         "position and look_at.")
+    asked = solving.bands or loaded.solver.bands
+    if in_colour and asked == "6":
+        given = "--bands" if solving.bands else f"{loaded.path}: solver.bands"
+        raise InputError(f"{given} is '6', nodes that know luminance and no colour; a picture needs "
+                         "--bands 31. Or ask for renderer pseudocolour.")
+    warn_before(loaded, solving.accuracy)
+    out = output_folder(output.out)
+    with progress_shown(output.quiet) as progress:
+        solution = solve(loaded, solving.bands, solving.accuracy, solving.seed, solving.store(), progress)
+        files = save(solution, out, progress)
+    warn(solution, [], 0.0)
+    show_laws([solution])
+    list_files(files, out)

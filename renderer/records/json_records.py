@@ -1,0 +1,170 @@
+"""Readings as the objects that `--json` prints and files hold."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.colour.lamps import mean_light
+from renderer.readings.alpha_opic import RECEPTORS, alpha_opic, daylight_ratio, equivalent_daylight
+from renderer.readings.colorimetry import COLOUR, FARTHEST, chromaticity, colour_of, colour_temperature
+from renderer.readings.glare import Glare
+from renderer.readings.grid import GridReading
+from renderer.readings.reading import Reading
+from renderer.readings.uncertainty import Figure
+from renderer.scene.scene import Scene
+from renderer.solving.solution import Solution
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text to show, under a title."""
+
+    title: str
+    columns: list[str]
+    rows: list[list[str]]
+
+
+NODES_CANNOT = "placed nodes know illuminance alone; use --bands 31"
+WIDE_CANNOT = "bands wider than 10 nm tell no colour to the accuracy of 31; use --bands 31"
+RGB_CANNOT = "three bands are weighted integrals, not a spectrum; use --bands 31"
+NO_LIGHT = "no light arrives"
+NOT_WHITE = f"the light is too far from white: Duv over {FARTHEST}, under 1,000 K, or hues missing"
+COMPARED = ("cct_K", "duv", "cri_ra", "tm30_rf", "tm30_rg", "melanopic_der")
+
+
+def lamps_record(scene: Scene) -> dict | None:
+    """The light as it leaves the scene's lamps, each by its lumens; None where they are dark."""
+    lumens = [lum.lumens for lum in scene.luminaires]
+    return _light_record(mean_light(scene.lamps, lumens)) if sum(lumens) > 0 else None
+
+
+def _light_record(power: np.ndarray) -> dict:
+    """Colour, and melanopic daylight efficacy ratio, of light (471,) at 1 nm that has lumens."""
+    return {**colour_of(power), "melanopic_der": float(daylight_ratio(power)[-1])}
+
+
+def reading_record(reading: Reading, lamps: dict | None) -> dict:
+    """One photometer; what a mode cannot know is None, and `unknown` says why.
+
+    lamps : of the lamps' own light, from `lamps_record`: what the walls have changed of it
+    """
+    bands = reading.bands
+    light = dict.fromkeys((*COLOUR, "melanopic_der"))
+    opic = spectrum = None
+    if bands.filters is not None:
+        light["xy"] = chromaticity(reading.total, bands)
+        light["cct_K"], light["duv"] = colour_temperature(light["xy"])
+        light["xy"] = light["xy"] and list(light["xy"])
+    elif reading.power is not None:
+        spectrum = {"wavelength_nm": bands.centres.tolist(),
+                    "irradiance_W_m2_nm": (reading.total / bands.widths).tolist()}
+        opic = {name: {"irradiance_W_m2": float(irradiance), "edi_lx": float(lux)} for name, irradiance, lux
+                in zip(RECEPTORS, alpha_opic(reading.power), equivalent_daylight(reading.power), strict=True)}
+        if reading.total_lx > 0:
+            light = _light_record(reading.power)
+    melanopic = opic and opic["melanopic"]["edi_lx"]
+    known = {**light, "melanopic_edi_lx": melanopic, "alpha_opic": opic, "spectrum": spectrum}
+    return {
+        "name": reading.name,
+        "position": [float(x) for x in reading.position],
+        "normal": [float(x) for x in reading.normal],
+        "illuminance_lx": {"direct": reading.direct_lx, "indirect": reading.indirect_lx,
+                           "total": reading.total_lx, "uncertainty": reading.uncertainty},
+        "errors_lx": {"mesh": reading.mesh_error, "sampling": reading.sampling_error,
+                      "bands": reading.band_error},
+        **known,
+        "change_from_lamps": {key: None if lamps is None or light[key] is None or lamps[key] is None
+                              else light[key] - lamps[key] for key in COMPARED},
+        "unknown": {key: _why_unknown(reading, key) for key, value in known.items() if value is None},
+    }
+
+
+def _why_unknown(reading: Reading, key: str) -> str:
+    bands = reading.bands
+    if reading.power is None and (bands.filters is None or key not in ("xy", "cct_K", "duv")):
+        return NODES_CANNOT if bands.nodes is not None else WIDE_CANNOT if bands.edges is not None \
+            else RGB_CANNOT
+    return NOT_WHITE if reading.total_lx > 0 else NO_LIGHT
+
+
+def grid_record(reading: GridReading) -> dict:
+    """One grid: its figures [lx], its points and what each reads."""
+    grid = reading.grid
+    figures = {"mean": reading.mean, "min": reading.least, "max": reading.most}
+    return {
+        "name": grid.name, "counts": list(grid.counts), "cell_m": list(grid.cell),
+        "normal": [float(x) for x in grid.normal], "border_m": grid.border, "left_out": reading.left_out,
+        "illuminance_lx": {key: figure.value for key, figure in figures.items()},
+        "uncertainty_lx": {key: figure.uncertainty for key, figure in figures.items()},
+        "errors_lx": {"mesh": reading.mean.mesh_error, "sampling": reading.mean.sampling_error,
+                      "bands": reading.band_error},
+        "uniformity": reading.uniformity, "uniformity_uncertainty": reading.uniformity_error,
+        "points": {"position": grid.points[reading.read].tolist(), "direct_lx": reading.direct.tolist(),
+                   "indirect_lx": reading.indirect.tolist(), "total_lx": reading.total.tolist(),
+                   "uncertainty_lx": reading.uncertainty.tolist()},
+    }
+
+
+def escaped(solution: Solution) -> list[dict]:
+    """What leaves the room through each hole of its mesh [lm], and where that is; [] for a closed room."""
+    found = []
+    for hole in solution.scene.room.openings:
+        mesh, areas = solution.transport.mesh, solution.transport.exchange.areas
+        patch = mesh.surface == solution.scene.surfaces.index(hole.name)
+        lumens = float(areas[patch] @ (solution.irradiance[patch] @ solution.bands.luminous))
+        found.append({"name": hole.name, "middle": [float(x) for x in hole.middle],
+                      "area_m2": hole.area, "escaping_lm": lumens})
+    return found
+
+
+def solution_record(solution: Solution, readings: list[Reading], accuracy: float, seconds: float,
+                    grids: list[GridReading] = ()) -> dict:
+    """A whole run: its readings, and how far its laws hold."""
+    return {**of_run(solution, accuracy, seconds), "lamps": (lamps := lamps_record(solution.scene)),
+            "readings": [reading_record(reading, lamps) for reading in readings],
+            "grids": [grid_record(grid) for grid in grids]}
+
+
+def luminance_record(figure: Figure, position, direction, angle: float | None) -> dict:
+    """One spot meter; angle : full, in degrees, None for a pixel."""
+    return {"name": figure.name, "position": [float(x) for x in position],
+            "direction": [float(x) for x in direction], "angle_deg": angle,
+            "luminance_cd_m2": figure.value, "uncertainty_cd_m2": figure.uncertainty}
+
+
+def surface_records(solution: Solution, figures: list[Figure]) -> list[dict]:
+    """Mean luminance of surfaces, and of luminaires along their normals."""
+    lamps = solution.flux @ solution.bands.luminous
+    found = [(f.name, f.value, f.uncertainty) for f in figures]
+    found += [(lum.name, float(lumens * lum.luminance(lum.normal)), 0.0)
+              for lum, lumens in zip(solution.scene.luminaires, lamps, strict=True) if lum.area > 0]
+    return [dict(zip(("name", "luminance_cd_m2", "uncertainty_cd_m2"), row, strict=True)) for row in found]
+
+
+def glare_record(glare: Glare) -> dict:
+    """One observer's rating; `reason` says why there is none, `notes` what it was not made for."""
+    return {"name": glare.name, "position": [float(x) for x in glare.position],
+            "direction": [float(x) for x in glare.direction], "ugr": glare.rating,
+            "uncertainty": glare.uncertainty, "background_luminance_cd_m2": glare.background,
+            "indirect_illuminance_lx": glare.indirect.value, "reason": glare.reason, "notes": glare.notes,
+            "luminaires": [{"name": s.name, "luminance_cd_m2": s.luminance, "solid_angle_sr": s.solid_angle,
+                            "position_index": s.position_index, "share": s.share} for s in glare.sources]}
+
+
+def of_run(solution: Solution, accuracy: float, seconds: float) -> dict:
+    """What every record says of the run: scene, bands, and how far the laws hold."""
+    transport = solution.transport
+    holes = escaped(solution)
+    return {
+        "scene": solution.scene.title,
+        "bands": solution.bands.name,
+        "accuracy": accuracy,
+        "patches": len(transport.mesh.patches),
+        "closure_error": transport.exchange.closure_error,
+        "reciprocity_error": transport.exchange.reciprocity_error,
+        "energy_balance_error": solution.energy_balance_error,
+        "rays": transport.rays,
+        **({"openings": holes} if holes else {}),
+        "bands_solved": solution.bands_solved,
+        "seconds": {"form_factors": transport.seconds, "solve": solution.seconds, "total": seconds},
+    }

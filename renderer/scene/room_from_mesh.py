@@ -1,0 +1,153 @@
+"""Rooms from mesh files: closed, oriented, and divided into named surfaces."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from renderer.errors import InputError
+from renderer.scene.flat import flat_parts
+from renderer.scene.mesh_files import (
+    Labelled,
+    body_volumes,
+    crowded_edges,
+    mended_junctions,
+    open_loops,
+    oriented,
+    read_mesh,
+    welded,
+)
+from renderer.scene.room import Opening, Room, outside, spelt
+
+STEEP = 0.5
+"""A mesh face whose normal rises more than this, as sine, is floor; falls, ceiling; else wall."""
+SHELL = 0.5
+"""A body that fills more than this of the room it stands in is the inner side of walls with thickness."""
+
+
+def mesh_room(path: Path, metres: float, up: str, named: list[str], materials: list[str],
+              where: str) -> Room:
+    """The inside of a mesh from a file. Raises InputError.
+
+    metres, up : as for read_mesh; named : names in the file that are surfaces of their own, and so is
+    each of `materials` that the file names; other faces are floor, ceiling or walls by the way they face.
+    """
+    mesh = mended_junctions(welded(read_mesh(path, where, metres, up)))
+    if not len(mesh.faces):
+        raise InputError(f"{where}: {path.name} holds no faces with area; export the mesh with its "
+                         "triangles.")
+    _refuse_unknown(mesh, named, path, where)
+    crowded = crowded_edges(mesh.faces)
+    if len(crowded):
+        a, b = mesh.vertices[crowded[0]]
+        raise InputError(f"{where}: {path.name} has an edge that more than two faces share, from {spelt(a)} "
+                         f"to {spelt(b)} m; a sheet in a room needs a thickness. Leave inner faces out of "
+                         "the export.")
+    mesh, body = oriented(mesh)
+    mesh, openings = _closed(mesh, body, path, where)
+    mesh, body = oriented(mesh)
+    mesh = _inward(mesh, body, path, where)
+    crosses = np.cross(*(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2)))
+    rise = crosses[:, 2] / np.linalg.norm(crosses, axis=1)
+    orientation = np.select([rise > STEEP, rise < -STEEP], ["floor", "ceiling"], "walls")
+    own = [next((n for known in (named, openings, materials) for n in names if n in known), None)
+           for names in mesh.names]
+    surface = np.array([own[p] or str(o) for p, o in zip(mesh.part, orientation, strict=True)])
+    order = ["floor", "ceiling", "walls", *named, *materials, *openings]
+    scale = float(np.ptp(mesh.vertices[mesh.faces], axis=(0, 1)).max())
+    surfaces = {}
+    for name in sorted(set(surface.tolist()), key=order.index):
+        piece = trimesh.Trimesh(mesh.vertices, mesh.faces[surface == name], process=False)
+        surfaces[name] = flat_parts(piece, scale)
+    holes = [Opening(name, surfaces[name].shell.mean(axis=(0, 1)), float(surfaces[name].area))
+             for name in openings if name in surfaces]
+    return Room(surfaces, tuple(holes))
+
+
+def _refuse_unknown(mesh: Labelled, named: list[str], path: Path, where: str) -> None:
+    known = list(dict.fromkeys(name for names in mesh.names for name in names))
+    for name in named:
+        if name not in known:
+            shown = ", ".join(repr(n) for n in known[:12]) or "none"
+            raise InputError(f"{where.removesuffix('.mesh')}.surfaces names {name!r}, which {path.name} "
+                             f"has not; names in it: {shown}.")
+
+
+def _closed(mesh: Labelled, body: np.ndarray, path: Path, where: str) -> tuple[Labelled, list[str]]:
+    """The mesh with each hole closed by a part of its own, and the names of those."""
+    loops = open_loops(mesh.faces)
+    if not loops:
+        return mesh, []
+    of_vertex = np.zeros(len(mesh.vertices), dtype=int)
+    of_vertex[mesh.faces] = body[:, None]
+    broken = sorted({int(of_vertex[loop[0]]) for loop in loops})
+    if len(broken) > 1:
+        spot = mesh.vertices[next(loop[0] for loop in loops if of_vertex[loop[0]] == broken[1])]
+        raise InputError(f"{where}: {path.name} is {len(broken)} open surfaces that do not join, for "
+                         f"example at {spelt(spot)} m; merge vertices by distance in the modeller, so that "
+                         "walls and floor share theirs.")
+    spot, lengths = mesh.vertices[loops[0][0]], np.zeros(body.max() + 1)
+    for k in range(len(lengths)):
+        lengths[k] = np.ptp(mesh.vertices[mesh.faces[body == k]], axis=(0, 1)).sum()
+    if lengths.argmax() != broken[0]:
+        raise InputError(f"{where}: {path.name} holds a sheet without thickness in the room, at "
+                         f"{spelt(spot)} m; give it one, or leave it out.")
+    vertices, faces, part = [mesh.vertices], [mesh.faces], [mesh.part]
+    names, openings = list(mesh.names), []
+    taken = {name for group in mesh.names for name in group}
+    for index, loop in enumerate(loops):
+        fresh, cap = _cap(mesh.vertices[loop], loop, sum(map(len, vertices)))
+        name = "opening" if len(loops) == 1 else f"opening {index + 1}"
+        while name in taken:
+            name += " of the mesh"
+        vertices.append(fresh)
+        faces.append(cap)
+        part.append(np.full(len(cap), len(names)))
+        names.append((name,))
+        openings.append(name)
+    return Labelled(np.concatenate(vertices), np.concatenate(faces), np.concatenate(part), names), openings
+
+
+def _cap(ring: np.ndarray, index: np.ndarray, fresh: int) -> tuple[np.ndarray, np.ndarray]:
+    """New vertices and the faces that fill a ring of vertices (k, 3): cut from its plane where it has
+    one, else a fan from its middle, which gets the number `fresh`."""
+    import shapely
+
+    middle = ring.mean(axis=0)
+    normal = np.cross(ring - middle, np.roll(ring, -1, axis=0) - middle).sum(axis=0)
+    normal /= np.linalg.norm(normal) or 1.0
+    scale = np.ptp(ring, axis=0).max()
+    x = ring[1] - ring[0]
+    axes = np.stack([x, np.cross(normal, x)]) / np.linalg.norm(x)
+    shape = shapely.Polygon((ring - middle) @ axes.T)
+    if np.abs((ring - middle) @ normal).max() < 1e-6 * scale and shape.is_valid:
+        corners = np.array(shape.exterior.coords)[:-1]
+        faces = []
+        for part in shapely.orient_polygons(shapely.constrained_delaunay_triangles(shape)).geoms:
+            near = [np.linalg.norm(corners - p, axis=1).argmin() for p in part.exterior.coords[:3]]
+            faces.append(index[near])
+        return np.zeros((0, 3)), np.array(faces)
+    return middle[None], np.column_stack([index, np.roll(index, -1), np.full(len(index), fresh)])
+
+
+def _inward(mesh: Labelled, body: np.ndarray, path: Path, where: str) -> Labelled:
+    """The mesh of one room and what stands in it, normals toward the light. All bodies come outward."""
+    volume = body_volumes(mesh.vertices, mesh.faces, body)
+    outer = int(volume.argmax())
+    scale = float(np.ptp(mesh.vertices[mesh.faces], axis=(0, 1)).max())
+    enclosing = mesh.vertices[mesh.faces[body == outer]][:, ::-1]
+    others = np.delete(np.arange(len(volume)), outer)
+    for other in others:
+        spot = mesh.vertices[mesh.faces[body == other][0]].mean(axis=0)
+        if outside(spot[None], enclosing, 1e-9 * scale)[0]:
+            raise InputError(f"{where}: {path.name} holds a closed surface outside the room's, at "
+                             f"{spelt(spot)} m; a file holds one room and what stands in it. Export them "
+                             "one by one.")
+    within = others[volume[others] > SHELL * volume[outer]]
+    if len(within):  # walls with thickness: the room is what they enclose
+        keep = body != outer
+        mesh = Labelled(mesh.vertices, mesh.faces[keep], mesh.part[keep], mesh.names)
+        body, outer = body[keep], within[0]
+    faces = mesh.faces.copy()
+    faces[body == outer] = faces[body == outer, ::-1]
+    return Labelled(mesh.vertices, faces, mesh.part, mesh.names)

@@ -1,0 +1,119 @@
+"""A room ready to be solved: its surfaces, what stands in it, what lights it, and what is read."""
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from renderer.colour.bands import BandSet, band_set, prefiltered
+from renderer.colour.lamps import band_flux, mean_light, power_at_1_nm
+from renderer.colour.materials import Material
+from renderer.colour.nodes import luminous_at_1_nm, nodes_for_lamps
+from renderer.colour.spectrum import Spectrum
+from renderer.scene.flat import Parts, flat_parts
+from renderer.scene.grids import Grid
+from renderer.scene.luminaires import Luminaire
+from renderer.scene.room import Room
+from renderer.scene.schema import CameraTable, ObserverTable, PhotometerTable, SolverTable, SpotMeterTable
+from renderer.system.lazy import cached_property
+
+STAND_OFF = 4e-6
+"""How far rays start off their surface and stop short of their target, relative to the room's
+longest side: some 60 times what rays resolve there, and 20 µm in a room of 5 m."""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """An object in the room: its surface [m] with normals outward."""
+
+    name: str
+    mesh: trimesh.Trimesh
+
+    @cached_property
+    def parts(self) -> Parts:
+        """Its flat parts."""
+        return flat_parts(self.mesh)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A room ready to be solved.
+
+    room : its inner surfaces; solids : the objects in it
+    surfaces : names of everything that has a material or is a luminaire's face, in this order:
+        the room's surfaces, the solids, the luminaires with area (black)
+    materials : one Material per surface of the room and solid
+    lamps : relative spectral power, one per luminaire
+    faults : of the luminaires' photometric files, in sentences
+    """
+
+    title: str
+    path: Path
+    room: Room
+    solids: list[Solid]
+    materials: list[Material]
+    luminaires: list[Luminaire]
+    lamps: list[Spectrum]
+    photometers: list[PhotometerTable]
+    grids: list[Grid]
+    spot_meters: list[SpotMeterTable]
+    observers: list[ObserverTable]
+    camera: CameraTable | None
+    solver: SolverTable
+    faults: list[str] = field(default_factory=list)
+
+    @property
+    def size(self) -> np.ndarray:
+        """The room's extents (3,) [m]."""
+        return np.ptp(self.room.bounds, axis=0)
+
+    @property
+    def surfaces(self) -> list[str]:
+        """Names of all surfaces (n_surfaces,)."""
+        return [*self.room.surfaces, *(s.name for s in self.solids), *(lum.name for lum in self.faces)]
+
+    @property
+    def faces(self) -> list[Luminaire]:
+        """The luminaires that have a face."""
+        return [lum for lum in self.luminaires if lum.outline is not None]
+
+    def band_set(self, name: str) -> BandSet:
+        """The band set of that name; "rgb-prefiltered" and "6" are made for this scene's lamps."""
+        if name == "6":
+            lights = [luminous_at_1_nm(power_at_1_nm(lamp)) for lamp in self.lamps]
+            return nodes_for_lamps(lights, [lum.lumens for lum in self.luminaires])
+        if name != "rgb-prefiltered":
+            return band_set(name)
+        return prefiltered(mean_light(self.lamps, [lum.lumens for lum in self.luminaires]))
+
+    def reflectance(self, bands: BandSet) -> np.ndarray:
+        """Reflectance of each surface in each band (n_surfaces, n_bands); luminaires are black."""
+        once = {material.name: material.reflectance(bands) for material in self.materials}
+        rows = [once[m.name] for m in self.materials] + [np.zeros(len(bands.xyz))] * len(self.faces)
+        return np.array(rows)
+
+    def flux(self, bands: BandSet) -> np.ndarray:
+        """Flux of each luminaire in each band (n_luminaires, n_bands) [W, or lm in RGB]."""
+        rows = [band_flux(lamp, lum.lumens, bands, f"{self.path}: luminaires {lum.name!r}")
+                for lum, lamp in zip(self.luminaires, self.lamps, strict=True)]
+        return np.array(rows).reshape(len(rows), len(bands.xyz))
+
+    @cached_property
+    def geometry_key(self) -> str:
+        """What the form factors depend on: equal for a grey and a red room of one shape."""
+        parts = [self.room.shell, np.array([len(p.shell) for p in self.room.surfaces.values()])]
+        for solid in self.solids:
+            parts += [solid.mesh.vertices, solid.mesh.faces]
+        for lum in self.luminaires:
+            parts += [lum.center, lum.normal, np.array(lum.lambertian),
+                      lum.center if lum.outline is None else lum.outline]
+            if lum.distribution is not None:
+                table = lum.distribution
+                parts += [table.azimuth, table.polar, table.candela, np.array(table.tilted), lum.axes]
+                parts += [np.array([f.middle, f.u, f.v]) for f in lum.opening]
+        digest = hashlib.sha256()
+        for part in parts:
+            digest.update(repr((part.shape, str(part.dtype))).encode() + part.tobytes())
+        return digest.hexdigest()

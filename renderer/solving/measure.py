@@ -1,0 +1,93 @@
+"""What a solved room is asked beyond single photometers: grids, luminances, glare."""
+
+import numpy as np
+
+from renderer.readings.glare import Glare, rate
+from renderer.readings.grid import GridReading, readable, summarise
+from renderer.readings.luminance import luminance_meter
+from renderer.readings.uncertainty import Figure, band_error, half_widths
+from renderer.scene.grids import Grid
+from renderer.solving.mesh_sequence import meter_per_transport
+from renderer.solving.solution import Solution
+
+
+def read_grid(solution: Solution, grid: Grid) -> GridReading:
+    """Read a meter at each point of a grid. Raises InputError where it can stand at none."""
+    return read_points(solution, grid, readable(solution.transport, grid, _where(solution, grid)))
+
+
+def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
+    """Read a meter at some points of a grid: `read` (n,) tells at which, one or more."""
+    where, points = _where(solution, grid), grid.points[read]
+    mesh_sequence = solution.mesh_sequence
+
+    def at(k: int) -> list[np.ndarray]:
+        meter = solution.meters(points[k], grid.normal, where)
+        return [each.read_lx(meter(each)) for each in (solution, *solution.by_bands, *mesh_sequence.meshes,
+                                                       *mesh_sequence.samples)]
+
+    solution.make_ready()
+    rows = solution.parallel_map(at, len(points))
+    own, these, narrow, *rest = np.array(rows).swapaxes(0, 1)
+    means = (float(each.sum(axis=1).mean()) for each in (these, narrow))
+    meshes, samples = np.split(np.array(rest), [len(mesh_sequence.meshes)])
+    return summarise(
+        grid, read, own, meshes, samples, mesh_sequence.steps, solution.quadrature, band_error(*means)
+    )
+
+
+def _where(solution: Solution, grid: Grid) -> str:
+    return f"{solution.scene.path}: photometer_grids {grid.name!r}"
+
+
+def mean_luminance(solution: Solution, position, directions: np.ndarray, name: str) -> Figure:
+    """Mean luminance [cd/m²] that an eye at a point (3,) [m] sees along unit directions (parts, n, 3).
+
+    Each part is an independent sample. Raises InputError where the eye can not be.
+    """
+    where, position = f"{solution.scene.path}: {name!r}", np.asarray(position, dtype=float)
+    mesh_sequence = solution.mesh_sequence
+    meter = meter_per_transport(lambda transport: luminance_meter(transport, position, directions, where))
+    parts = mesh_sequence.samples or mesh_sequence.meshes[:1] * len(directions)
+    parts = np.array([each.read_lx(meter(each), k) for k, each in enumerate(parts)])
+    errors = half_widths(
+        np.array([each.read_lx(meter(each)) for each in mesh_sequence.meshes]),
+        parts,
+        mesh_sequence.steps,
+        solution.quadrature,
+    )
+    return Figure(name, float(solution.read_lx(meter(solution)).sum()), *errors, "cd/m²")
+
+
+def surface_luminances(solution: Solution) -> list[Figure]:
+    """Mean luminance [cd/m²] of each surface of the room and each solid, of what of it is not covered."""
+    mesh_sequence, own = solution.mesh_sequence, _mean_luminances(solution)
+    meshes, parts = (np.array([_mean_luminances(each) for each in some]).reshape(-1, len(own))
+                     for some in (mesh_sequence.meshes, mesh_sequence.samples))
+    meshes = np.nan_to_num(meshes)  # what a coarser mesh has covered up is not known at all
+    names = solution.scene.surfaces[:len(solution.scene.materials)]
+    found = []
+    for k, name in enumerate(names):
+        if np.isfinite(own[k]):
+            one = slice(k, k + 1)
+            errors = half_widths(meshes[:, one], parts[:, one], mesh_sequence.steps, solution.quadrature)
+            found.append(Figure(name, float(own[k]), *errors, "cd/m²"))
+    return found
+
+
+def _mean_luminances(solution: Solution) -> np.ndarray:
+    """Of each surface (n_surfaces,) [cd/m²]: Σ A B / π Σ A over its exposed patches; NaN without any."""
+    areas, surface, n = solution.transport.exchange.areas, solution.transport.mesh.surface, len(
+        solution.scene.surfaces)
+    lumens = np.bincount(surface, areas * (solution.radiosity @ solution.bands.luminous), n)
+    area = np.bincount(surface, areas, n)
+    return np.where(area > 0, lumens / (np.pi * np.where(area > 0, area, 1.0)), np.nan)
+
+
+def rate_glare(solution: Solution, position, direction, name: str = "observer") -> Glare:
+    """Rate the glare of an observer whose eye at a point (3,) [m] looks along (3,). Raises InputError."""
+    direction = np.asarray(direction, dtype=float)
+    seen = solution.photometer(position, direction, name)
+    indirect = Figure(f"{name}: indirect illuminance", seen.indirect_lx, seen.mesh_error, seen.sampling_error)
+    return rate(solution.transport, solution.flux @ solution.bands.luminous, name, seen.position,
+                direction / np.linalg.norm(direction), indirect, f"{solution.scene.path}: observer {name!r}")

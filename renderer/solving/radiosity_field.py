@@ -1,0 +1,183 @@
+"""The light on one mesh in one band set, solved, and what meters read of it."""
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from renderer.colour.bands import BandSet
+from renderer.readings.photometer import Meter
+from renderer.scene.scene import Scene
+from renderer.system.lazy import cached_property
+from renderer.transport.radiosity.solve import ENOUGH, TOLERANCE, radiosity
+from renderer.transport.transport import Transport
+
+SAME_SPECTRUM = 1e-14
+"""Of all light, that a luminaire's may differ by where bands are alike."""
+
+
+@dataclass(frozen=True)
+class RadiosityField:
+    """Radiosity of every patch in every band.
+
+    reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
+    radiosity, received : what each patch sends, and receives by way of the others (n_patches, n_bands)
+        [W m⁻² per band; weighted integrals in RGB]
+    sample : which independent part of the rays this is solved with; None for all of them
+    bands_solved : how many distinct systems of equations that took
+    """
+
+    scene: Scene
+    bands: BandSet
+    transport: Transport
+    reflectance: np.ndarray
+    flux: np.ndarray
+    radiosity: np.ndarray
+    received: np.ndarray
+    sample: int | None
+    bands_solved: int
+    seconds: float
+
+    @property
+    def direct_irradiance(self) -> np.ndarray:
+        """What each patch receives straight from the luminaires (n_patches, n_bands)."""
+        return self.transport.direct @ self.flux
+
+    @property
+    def irradiance(self) -> np.ndarray:
+        """What each patch receives, direct and indirect (n_patches, n_bands)."""
+        return self.direct_irradiance + self.received
+
+    @cached_property
+    def vertex_irradiance(self) -> np.ndarray:
+        """Indirect light that each vertex receives (n_vertices, n_bands)."""
+        return self.transport.at_vertices(self.radiosity, self.received, self.sample, shown=True)
+
+    @cached_property
+    def vertex_radiosity(self) -> np.ndarray:
+        """Indirect light that each vertex reflects (n_vertices, n_bands)."""
+        return self.reflectance[self.transport.mesh.vertex_surface] * self.vertex_irradiance
+
+    @cached_property
+    def vertices_read(self) -> np.ndarray:
+        """The same as readings take it, about the patches' means (n_vertices, n_bands)."""
+        received = self.transport.at_vertices(self.radiosity, self.received, self.sample, shown=False)
+        return self.reflectance[self.transport.mesh.vertex_surface] * received
+
+    @cached_property
+    def patch_radiosity(self) -> np.ndarray:
+        """Indirect light that each patch reflects (n_patches, n_bands)."""
+        return self.reflectance[self.transport.mesh.surface] * self.received
+
+    @property
+    def energy_balance_error(self) -> float:
+        """Largest |absorbed − emitted| / emitted over the bands."""
+        absorbed = (1 - self.reflectance[self.transport.mesh.surface]) * self.irradiance
+        emitted = self.flux.sum(axis=0)
+        apart = np.abs(self.transport.exchange.areas @ absorbed - emitted)
+        return float((apart / np.where(emitted > 0, emitted, 1.0)).max(initial=0.0))
+
+    @property
+    def worst_patch(self) -> int:
+        """Where the equation is solved least well."""
+        left = self.reflectance[self.transport.mesh.surface] * self.irradiance - self.radiosity
+        return int((self.transport.exchange.areas * np.abs(left).sum(axis=1)).argmax())
+
+    def read(self, meter: Meter) -> tuple[np.ndarray, np.ndarray]:
+        """Direct irradiance (n_bands,), and what each surface sends (n_surfaces, n_bands)."""
+        samples = slice(None) if self.sample is None else slice(self.sample, self.sample + 1)
+        direct = meter.direct[samples].mean(axis=0) @ self.flux
+        sensors = meter.sensors[samples]
+        indirect = sum(sensor.direct_radiosity(self.reflectance, self.flux) + sensor.indirect_radiosity(
+            self.vertices_read if sensor.about_means else self.vertex_radiosity, self.patch_radiosity)
+            for sensor in sensors) / len(sensors)
+        return direct, indirect
+
+    def read_lx(self, meter: Meter, part: int | None = None) -> np.ndarray:
+        """What the luminaires and each surface send [lx] (1 + n_surfaces,), by one part of a meter or all."""
+        flux, once, patches = self._luminous
+        part = self.sample if part is None else part
+        samples = slice(None) if part is None else slice(part, part + 1)
+        sensors = meter.sensors[samples]
+        indirect = sum(sensor.direct @ once + sensor.means @ patches + sensor.indirect @ (
+            self._luminous_read if sensor.about_means else self._luminous_shown)
+            for sensor in sensors) / len(sensors)
+        return np.concatenate([[meter.direct[samples].mean(axis=0) @ flux], indirect])
+
+    @cached_property
+    def _luminous(self) -> tuple[np.ndarray, ...]:
+        """What sensors add up, in lumens: flux of each luminaire, direct light reflected once (surface ×
+        luminaire), indirect light that patches reflect."""
+        luminous = self.bands.luminous
+        once = (self.reflectance[:, None, :] * self.flux[None]) @ luminous
+        return self.flux @ luminous, once.ravel(), self.patch_radiosity @ luminous
+
+    @cached_property
+    def _luminous_read(self) -> np.ndarray:
+        return self.vertices_read @ self.bands.luminous
+
+    @cached_property
+    def _luminous_shown(self) -> np.ndarray:
+        return self.vertex_radiosity @ self.bands.luminous
+
+    def by_parts(self) -> list["RadiosityField"]:
+        """The same by each independent part of the rays, to first order; none where no ray is cast."""
+        transport, bands = self.transport, self.flux.shape[1]
+        parts, stretch = transport.samples, transport.stretch
+        if not parts:
+            return []
+        brought = transport.departures(self.radiosity)
+        more = brought + (transport.direct_parts - transport.direct) @ self.flux / stretch
+        rho = self.reflectance[transport.mesh.surface]
+        light = radiosity(transport.exchange, np.tile(rho, parts), np.hstack(more), ENOUGH)
+        sent, received = (stretch * each.reshape(len(rho), parts, bands).transpose(1, 0, 2) for each in light)
+        received += stretch * brought
+        return [replace(self, radiosity=self.radiosity + sent[k], received=self.received + received[k],
+                        sample=k) for k in range(parts)]
+
+
+def solve_field(
+    scene: Scene, bands: BandSet, transport: Transport, tolerance: float = TOLERANCE
+) -> RadiosityField:
+    """Solve a scene on a transport already computed; tolerance : as for `radiosity`."""
+    started = time.perf_counter()
+    reflectance, flux = scene.reflectance(bands), scene.flux(bands)
+    first, index, scale = distinct_bands(reflectance, flux)
+    light = radiosity(transport.exchange, reflectance[transport.mesh.surface][:, first],
+                      transport.direct @ flux[:, first], tolerance, common_direct_pattern(transport, flux))
+    if len(first) < len(index):
+        light = tuple(each[:, index] * scale for each in light)
+    return RadiosityField(scene, bands, transport, reflectance, flux, *light, None, len(first),
+                 time.perf_counter() - started)
+
+
+def common_direct_pattern(transport: Transport, flux: np.ndarray) -> np.ndarray | None:
+    """How light falls (n_patches,), if it does so alike in every band, as from one kind of lamp; else None.
+
+    flux : (n_luminaires, n_bands)
+    """
+    total = flux.sum(axis=0)
+    if not total.any():
+        return None
+    mix = flux[:, total.argmax()] / total.max()
+    return (
+        None
+        if np.abs(flux - mix[:, None] * total).max() > SAME_SPECTRUM * total.max()
+        else transport.direct @ mix
+    )
+
+
+def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
+    """Bands whose answers are multiples of each other are solved once: a grey room is one band.
+
+    Returns the bands to solve (k,), which of them each band follows (n_bands,), and its multiple.
+    """
+    total = flux.sum(axis=0)
+    shape = flux / np.where(total > 0, total, 1.0)
+    _, first, index = np.unique(np.vstack([reflectance, np.round(shape, 14)]), axis=1,
+                                return_index=True, return_inverse=True)
+    if len(first) == len(index):
+        first = index = np.arange(len(index))
+    index = index.ravel()
+    base = total[first][index]
+    return first, index, np.where(base > 0, total / np.where(base > 0, base, 1.0), 0.0)

@@ -1,0 +1,72 @@
+"""Readings to the accuracy asked: a room is solved again, finer, until the error bars say so."""
+
+from collections.abc import Callable
+
+from renderer.readings.reading import Reading
+from renderer.readings.uncertainty import Figure
+from renderer.scene.scene import Scene
+from renderer.solving.plan import Plan
+from renderer.solving.solution import Solution, solve
+from renderer.solving.transport_store import Progress, TransportStore
+
+MAX_REFINEMENTS = 2
+"""How often a room is solved again: each time with up to four times the patches and rays."""
+
+
+def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | None = None,
+                   seed: int | None = None, store: TransportStore | None = None,
+                   progress: Progress = lambda step: None, spots=None) -> tuple[Solution, list[Reading]]:
+    """Solve a scene until its photometers read with the accuracy asked, or as finely as memory allows.
+
+    spots : (position, normal, name) of each reading; else the scene's photometers. The rest is as for
+    `solve`; where the scene gives a patch size, that is kept. Raises InputError or SolveError.
+    """
+    if spots is None:
+        spots = [(p.position, p.normal, p.name) for p in scene.photometers]
+
+    def read(solution: Solution):
+        readings = solution.read_at(spots)
+        return readings, [reading.figure for reading in readings]
+
+    return solve_until(scene, read, bands, accuracy, seed, store, progress)[:2]
+
+
+def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figure]]],
+                bands: str | None = None, accuracy: float | None = None, seed: int | None = None,
+                store: TransportStore | None = None,
+                progress: Progress = lambda step: None) -> tuple[Solution, object, list[Figure]]:
+    """Solve a scene until what is read off it has the accuracy asked, or as finely as memory allows.
+
+    read : takes a Solution; returns what is wanted and the figures that must be accurate. The rest is as
+    for `solve_and_read`. Returns the last solution, and what `read` said of it.
+    """
+    store, asked = store or TransportStore(), accuracy or scene.solver.accuracy
+    solution = solve(scene, bands, accuracy, seed, store, progress)
+    for left in reversed(range(MAX_REFINEMENTS + 1)):
+        progress(f"{scene.title}: readings")
+        wanted, figures = read(solution)
+        if not left or scene.solver.patch_size:
+            break
+        plan = finer(solution.plan, len(solution.transport.mesh.patches), figures, asked)
+        if plan is None:
+            break
+        progress(f"{scene.title}: {missed(figures, asked)[0].name!r} is not known to {asked:.2%} yet; "
+                 "solving finer")
+        wanted = solution = None  # their operators are in the way of the next
+        solution = solve(scene, bands, accuracy, seed, store, progress, plan)
+    return solution, wanted, figures
+
+
+def missed(figures: list[Figure], asked: float) -> list[Figure]:
+    """Those whose error bar is wider than the accuracy asked [1]."""
+    return [f for f in figures if 0 < asked * f.value < f.uncertainty]
+
+
+def finer(plan: Plan, patches: int, figures: list[Figure], asked: float) -> Plan | None:
+    """The plan to solve with next, so that figures reach the accuracy asked [1]; None where all do, or memory
+    holds nothing finer. `patches` : how many the plan made."""
+    wide = missed(figures, asked)
+    if not wide:
+        return None
+    return plan.finer(patches, *(max(getattr(f, part) / (asked * f.value) for f in wide)
+                                 for part in ("mesh_error", "sampling_error")))

@@ -1,0 +1,171 @@
+"""A solved room: its readings with error bars."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.colour.bands import BandSet, narrow_bands
+from renderer.colour.lamps import spectral_flux
+from renderer.readings.luminance import luminance_meter
+from renderer.readings.photometer import Meter, make_meter
+from renderer.readings.reading import Reading
+from renderer.readings.spectrum import reconstructed
+from renderer.readings.uncertainty import band_error, half_widths
+from renderer.scene.scene import Scene
+from renderer.solving.mesh_sequence import MeshSequence, make_mesh_sequence, meter_per_transport
+from renderer.solving.plan import Plan, make_plan
+from renderer.solving.radiosity_field import RadiosityField, solve_field
+from renderer.solving.transport_store import Progress, TransportStore
+from renderer.system import processes
+from renderer.system.lazy import cached_property
+from renderer.transport.transport import Transport, refuse_hidden
+
+OPENING_QUADRATURE_ERROR = 4e-4
+"""Share of a reading that light through a measured luminaire's opening may err by (docs/decisions.md)."""
+
+
+@dataclass(frozen=True)
+class Solution(RadiosityField):
+    """Light in a room, and what it takes to tell how well it is known.
+
+    plan : how it was solved; store : where transports of this and of other meshes are shared
+    """
+
+    plan: Plan
+    store: TransportStore
+
+    def __repr__(self) -> str:
+        return (f"Solution({self.scene.title!r}, {self.bands.name} bands, "
+                f"{len(self.transport.mesh.patches)} patches)")
+
+    def photometer(self, position, normal, name: str = "photometer") -> Reading:
+        """Read a meter at a point (3,) [m] that faces along normal (3,). Raises InputError."""
+        where = f"{self.scene.path}: photometer {name!r}"
+        position, normal = np.asarray(position, dtype=float), np.asarray(normal, dtype=float)
+        facing = normal / np.linalg.norm(normal)
+        at = self.meters(position, facing, where)
+        meter = at(self)
+        direct, indirect = self.read(meter)
+        return Reading(name, position, normal, direct, indirect.sum(axis=0),
+                       self._power(meter, indirect.sum(axis=0)), self.bands,
+                       *self._errors(at))
+
+    def meters(
+        self, position: np.ndarray, normal: np.ndarray, where: str
+    ) -> Callable[[RadiosityField], Meter]:
+        """The meter at a point (3,) that faces along a unit normal (3,), on this mesh and on those that tell
+        its error. Raises InputError."""
+        own = make_meter(self.transport, position, normal, where)
+        return meter_per_transport(lambda transport: own if transport is self.transport else make_meter(
+            transport, position, normal, where, own))
+
+    def _power(self, meter: Meter, indirect: np.ndarray) -> np.ndarray | None:
+        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹]: straight from each lamp exactly, by way of the
+        surfaces as the bands say (n_bands,); None where these know no spectrum."""
+        if not self.bands.knows_spectrum:
+            return None
+        lamps = np.array([spectral_flux(lamp, lum.lumens) for lum, lamp in
+                          zip(self.scene.luminaires, self.scene.lamps, strict=True)]).reshape(-1, 471)
+        reflected = reconstructed(indirect, self.flux.sum(axis=0), lamps.sum(axis=0), self.bands)
+        return meter.direct.mean(axis=0) @ lamps + reflected
+
+    def photometers(self) -> list[Reading]:
+        """Read the scene's own photometers."""
+        return self.read_at([(p.position, p.normal, p.name) for p in self.scene.photometers])
+
+    def read_at(self, spots: list[tuple]) -> list[Reading]:
+        """Read a meter at each (position, normal, name), on every core. Raises InputError."""
+        if not spots:
+            return []
+        self.make_ready()
+        return self.parallel_map(lambda k: self.photometer(*spots[k]), len(spots))
+
+    def parallel_map(self, read: Callable[[int], object], n: int) -> list:
+        """Return read(0) … read(n − 1), which read meters of this room, on every core."""
+        transports = self.transports
+        casting = [each.ray_scene for each in transports if each.ray_scene is not None]
+        return processes.parallel_map(read, n, casting, not any(each.exchange.single for each in transports))
+
+    @property
+    def transports(self) -> list[Transport]:
+        """Of this mesh, and of those that tell its error."""
+        return list(
+            {id(each.transport): each.transport for each in (self, *self.mesh_sequence.meshes)}.values()
+        )
+
+    def make_ready(self) -> None:
+        """Make what all readings share, on every core, before each core has one to read."""
+        mesh_sequence = self.mesh_sequence
+        _ = [
+            each._luminous_read
+            for each in (self, *mesh_sequence.meshes, *mesh_sequence.samples, *self.by_bands)
+        ]
+
+    def luminance(self, position, direction) -> float:
+        """Luminance [cd/m²] that an eye at a point (3,) [m] sees along a direction (3,).
+
+        Raises InputError where the eye is outside the room or inside a solid.
+        """
+        direction = np.asarray(direction, dtype=float)
+        one = (direction / np.linalg.norm(direction))[None, None]
+        meter = luminance_meter(self.transport, np.asarray(position, dtype=float), one,
+                                f"{self.scene.path}: eye")
+        return float(self.read_lx(meter).sum())
+
+    @property
+    def quadrature(self) -> float:
+        """Share of a reading that sums over measured luminaires' openings may err by."""
+        return (
+            OPENING_QUADRATURE_ERROR
+            if any(luminaire.opening for luminaire in self.transport.luminaires)
+            else 0.0
+        )
+
+    def _errors(self, at: Callable[[RadiosityField], Meter]) -> tuple[float, float, float]:
+        """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
+        last on the last mesh, likewise. at : as from `meters`"""
+        mesh_sequence = self.mesh_sequence
+        meshes, samples = (np.array([each.read_lx(at(each)) for each in some])
+                           for some in (mesh_sequence.meshes, mesh_sequence.samples))
+        mesh, sampling = half_widths(meshes, samples, mesh_sequence.steps, self.quadrature)
+        these, narrow = (each.read_lx(at(each)).sum() for each in self.by_bands)
+        return mesh, sampling, band_error(float(these), float(narrow))
+
+    @cached_property
+    def by_bands(self) -> tuple[RadiosityField, RadiosityField]:
+        """This scene on the last mesh of its family, in these bands and in narrow ones."""
+        last = self.mesh_sequence.meshes[-1].transport
+        return tuple(solve_field(self.scene, bands, last) for bands in (self.bands, narrow_bands()))
+
+    @cached_property
+    def mesh_sequence(self) -> MeshSequence:
+        """This scene in RGB on several meshes."""
+        return make_mesh_sequence(self, self.plan, self.store)
+
+
+def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
+          seed: int | None = None, store: TransportStore | None = None,
+          progress: Progress = lambda step: None, plan: Plan | None = None) -> Solution:
+    """Solve a scene; what is not given here is taken from its [solver] table.
+
+    bands : one of BAND_SETS; accuracy : of readings [1], what mesh and rays are chosen for;
+    store : transports to share with other scenes of the same geometry; progress : told each step.
+    Raises InputError (too large, or a lamp shines into a solid) or SolveError (it has no steady state).
+    """
+    settings = scene.solver
+    accuracy = accuracy or settings.accuracy
+    seed = settings.seed if seed is None else seed
+    store = store or TransportStore()
+    plan = plan or make_plan(scene, accuracy, settings.patch_size)
+    transport = store.transport(scene, plan, seed, progress)
+    refuse_hidden(scene, transport)  # not on the meshes that tell its error, the coarsest of which lose more
+    progress(f"{scene.title}: interreflections, {bands or settings.bands} bands")
+    return solve_on(scene, scene.band_set(bands or settings.bands), plan, store, transport)
+
+
+def solve_on(
+    scene: Scene, bands: BandSet, plan: Plan, store: TransportStore, transport: Transport
+) -> Solution:
+    """Solve a scene on a transport already computed."""
+    return Solution(**vars(solve_field(scene, bands, transport)), plan=plan, store=store)

@@ -1,0 +1,51 @@
+"""Rooms of one shape share what light does there, whatever their materials."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from threading import Lock
+
+from renderer.scene.scene import Scene
+from renderer.solving.plan import Plan
+from renderer.system.cache import Cache
+from renderer.transport.factors.hemisphere_rays import Rows
+from renderer.transport.transport import Transport, compute, compute_transport
+
+Progress = Callable[[str], None]
+
+MAX_KEPT_FACTORS = 100_000_000
+"""Factors of the transports kept for other rooms, some 2 GB; past that the oldest go."""
+
+
+@dataclass
+class TransportStore:
+    """Transports already computed: rooms of one shape share one, whatever their materials.
+
+    cache : where they are kept between runs; None for nowhere
+    elsewhere : as in `Transport`
+    """
+
+    cache: Cache | None = None
+    kept: dict = field(default_factory=dict)
+    elsewhere: Rows | None = None
+    _changing: Lock = field(default_factory=Lock, repr=False)
+
+    def transport(self, scene: Scene, plan: Plan, seed: int,
+                  progress: Progress = lambda step: None) -> Transport:
+        """The transport of that scene's geometry, computed once."""
+        key = (scene.geometry_key, plan.patch_size, plan.rays, seed, plan.across)
+        with self._changing:
+            found = self.kept.get(key)
+            while found is None and sum(each.factors for each in self.kept.values()) > MAX_KEPT_FACTORS:
+                del self.kept[next(iter(self.kept))]
+        if found is None:
+            progress(f"{scene.title}: form factors; {'; '.join(plan.reasons)}")
+            found = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key),
+                                      self.elsewhere, plan.across)
+            with self._changing:
+                self.kept[key] = found
+        return found
+
+    def _remember(self, key: tuple):
+        if self.cache is None:
+            return compute
+        return lambda name, make: self.cache.arrays(f"{key} {name}", make)

@@ -1,0 +1,55 @@
+"""Rooms solved for a report: in RGB and in 31 bands, on one mesh each, read, and looked at."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from renderer.pictures.report.page import Room, save_report
+from renderer.pictures.report.viewpoint import looks
+from renderer.records.json_records import solution_record
+from renderer.scene.scene import Scene
+from renderer.solving.refine import solve_and_read
+from renderer.solving.solution import solve_on
+from renderer.solving.transport_store import Progress, TransportStore
+
+MAX_PAGE_BYTES = 10_000_000
+"""Bytes of a report: what a mail can carry."""
+MAX_PAGE_PIXELS = 4 * 640 * 480
+"""Of all different views together, to begin with."""
+
+
+def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, shared: TransportStore,
+                progress: Progress) -> list[Room]:
+    """Solve each room in 31 bands as finely as asked, and on the same transport in RGB."""
+    rooms = []
+    for scene in scenes:
+        asked = accuracy or scene.solver.accuracy
+        started = time.perf_counter()
+        spectral, readings = solve_and_read(scene, "31", accuracy, seed, shared, progress)
+        record = solution_record(spectral, readings, asked, time.perf_counter() - started)
+        started = time.perf_counter()
+        rgb = solve_on(scene, scene.band_set("rgb"), spectral.plan, shared, spectral.transport)
+        rgb_readings = rgb.photometers()
+        rgb_record = solution_record(rgb, rgb_readings, asked, time.perf_counter() - started)
+        rooms.append(Room({"rgb": rgb, "31": spectral}, {"rgb": rgb_readings, "31": readings},
+                          {"rgb": rgb_record, "31": record}, None))
+    return rooms
+
+
+def save(rooms: list[Room], command: str, out: Path, progress: Progress) -> tuple[Path, list[str]]:
+    """Write report.html; returns it and what was done otherwise than asked, in sentences."""
+    path, pixels = out / "report.html", MAX_PAGE_PIXELS
+    while True:
+        progress("what the cameras see")
+        views, notes = looks([(room.scene, room.solutions["31"].transport) for room in rooms], pixels)
+        progress("the page")
+        seen = [replace(room, view=view) for room, view in zip(rooms, views, strict=True)]
+        save_report(seen, command, notes, path)
+        size = path.stat().st_size
+        if size <= MAX_PAGE_BYTES or pixels < MAX_PAGE_PIXELS / 16:
+            break
+        pixels /= 4
+    if size > MAX_PAGE_BYTES:
+        notes.append(f"report.html has {size / 1e6:.1f} MB, for the rooms have that many patches; a looser "
+                     "--accuracy makes it smaller.")
+    return path, notes

@@ -1,0 +1,29 @@
+"""One room solved for a window: in two band sets on one mesh, with what error bars need."""
+
+from pathlib import Path
+
+from renderer.pictures.window.window import Window, shown
+from renderer.scene.scene import Scene
+from renderer.solving.solution import solve, solve_on
+from renderer.solving.transport_store import Progress, TransportStore
+
+
+def make_window(
+    scene: Scene,
+    bands: str | None,
+    accuracy: float | None,
+    seed: int | None,
+    store: TransportStore,
+    out: Path,
+    progress: Progress,
+) -> Window:
+    """Solve a room in the bands asked and in RGB, or in 31 where RGB is asked, and make its window."""
+    asked = solve(scene, bands, accuracy, seed, store, progress)
+    other = "rgb" if asked.bands.name not in ("rgb", "rgb-prefiltered") else "31"
+    solutions = (asked, solve_on(scene, scene.band_set(other), asked.plan, store, asked.transport))
+    progress(f"{scene.title}: what error bars of readings need")
+    for solution in solutions:  # else the first click would wait for them
+        _ = solution.mesh_sequence, solution.by_bands
+    drawn = shown(solutions, progress)
+    progress(f"{scene.title}: the window")
+    return Window(drawn, out)

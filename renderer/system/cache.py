@@ -1,0 +1,145 @@
+"""What is kept on disk between runs: arrays that geometry and settings alone decide, as form factors are."""
+
+import hashlib
+import io
+import os
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib.metadata import version
+from pathlib import Path
+from stat import S_ISREG
+from zipfile import BadZipFile
+
+import numpy as np
+
+from renderer.errors import CacheWarning, InputError
+from renderer.system.files import whole_file
+
+MAX_CACHE_BYTES = 2 << 30
+"""Bytes that all files together may have; past that the one not used for longest goes."""
+MAX_ENTRY_BYTES = MAX_CACHE_BYTES // 2
+"""What is larger is not kept: writing and reading it takes as long as computing it."""
+DIGEST_BYTES = 32
+"""Bytes of a checksum, at the start of each file."""
+
+Arrays = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Cache:
+    """Files in one folder, each named after what it holds; whole or absent, whoever else writes there."""
+
+    folder: Path
+
+    def arrays(self, key: str, make: Callable[[], Arrays]) -> Arrays:
+        """What `make` returns, or what it returned when that key was last asked for.
+
+        A damaged file is made anew, with a warning; a folder that cannot be written to is one, too.
+        """
+        path = self.folder / f"{_digest(f'{code()} {key}'.encode()).hex()}.kept"
+        try:
+            held = path.read_bytes()
+            os.utime(path)
+        except OSError:
+            held = None
+        if held is not None:
+            arrays = (
+                _unpacked(held[DIGEST_BYTES:])
+                if held[:DIGEST_BYTES] == _digest(held[DIGEST_BYTES:])
+                else None
+            )
+            if arrays is not None:
+                return arrays
+            warnings.warn(f"{path} is damaged; what it held is computed anew.", CacheWarning,
+                          stacklevel=2)
+        made = make()
+        if sum(array.nbytes for array in made.values()) <= MAX_ENTRY_BYTES:
+            self._keep(path, made)
+        return made
+
+    def _keep(self, path: Path, made: Arrays) -> None:
+        packed = io.BytesIO()
+        np.savez(packed, **made)
+        try:
+            with whole_file(path) as part, part.open("wb") as file:
+                file.write(_digest(packed.getbuffer()))
+                file.write(packed.getbuffer())
+        except InputError:
+            warnings.warn(f"{self.folder} cannot be written to; nothing is kept between runs. Free it, or "
+                          "give --no-cache.", CacheWarning, stacklevel=2)
+        self._shrink(MAX_CACHE_BYTES)
+
+    @cached_property
+    def size(self) -> tuple[int, int]:
+        """How many files there are, and how many bytes they have together."""
+        held = self._files()
+        return len(held), sum(bytes_ for _, bytes_, _ in held)
+
+    def clear(self) -> None:
+        """Remove every file."""
+        self._shrink(0)
+
+    def _shrink(self, limit: int) -> None:
+        """Remove the files not used for longest until the rest have at most `limit` bytes."""
+        held = sorted(self._files())
+        left = sum(bytes_ for _, bytes_, _ in held)
+        for _, bytes_, path in held:
+            if left <= limit:
+                break
+            path.unlink(missing_ok=True)  # another process may have been faster
+            left -= bytes_
+
+    def _files(self) -> list[tuple[float, int, Path]]:
+        """When each file was last used, its bytes, and its path; parts left behind are among them."""
+        found = []
+        for path in self.folder.glob("*.kept"):
+            try:
+                status = path.stat()
+            except OSError:
+                continue
+            if S_ISREG(status.st_mode):
+                found.append((status.st_mtime, status.st_size, path))
+        return found
+
+
+def user_cache() -> Cache:
+    """The user's own, where their system keeps such files."""
+    from platformdirs import user_cache_path
+
+    return Cache(user_cache_path("renderer"))
+
+
+def _unpacked(data: bytes) -> Arrays | None:
+    """The arrays of an .npz file; None where it is none."""
+    try:
+        with np.lib.npyio.NpzFile(io.BytesIO(data), allow_pickle=False) as file:
+            arrays = dict(file)
+    except (BadZipFile, OSError, EOFError, ValueError):
+        return None
+    return arrays if all(isinstance(array, np.ndarray) for array in arrays.values()) else None
+
+
+def _digest(data) -> bytes:
+    return hashlib.blake2b(data, digest_size=DIGEST_BYTES).digest()
+
+
+@cache
+def code() -> str:
+    """What the arrays depend on beside their key: this program's geometry and transport, and its packages."""
+    package = Path(__file__).parent.parent
+    sources = sorted([*package.glob("scene/**/*.py"), *package.glob("transport/**/*.py"),
+                      package / "system" / "threads.py"])
+    versions = [version(name) for name in ("numpy", "scipy", "embreex", "trimesh", "shapely")]
+    texts = [path.read_text(encoding="utf-8") for path in sources]
+    return _digest("".join([*versions, *texts]).encode()).hex()
+
+
+@cache
+def program() -> str:
+    """What readings depend on beside a scene and its files: all of this program and its tables, and its
+    packages."""
+    package = Path(__file__).parent.parent
+    sources = sorted([*package.rglob("*.py"), *package.glob("colour/data/*.csv*")])
+    return _digest(b"".join([code().encode(), *(path.read_bytes() for path in sources)])).hex()

@@ -1,0 +1,88 @@
+"""Many readings of one room at the same time: by threads, or by processes where they take long.
+
+What a meter does is many short steps, between which Python's lock goes from thread to thread: two threads do
+little more than one, two processes nearly twice as much.
+"""
+
+import multiprocessing
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import Protocol
+
+from renderer.system import threads
+
+SECONDS_WORTH_A_PROCESS = 2.0
+TIMED_CALLS_PER_CORE = 2
+"""Calls for each core that tell how long the others will take."""
+
+
+class RayCounter(Protocol):
+    """Whatever counts the rays that it casts."""
+
+    rays: int
+
+
+_task: tuple[Callable[[int], object], Sequence[RayCounter]] | None = None
+"""Set only in forked workers."""
+
+
+def parallel_map(read: Callable[[int], object], n: int, counters: Sequence[RayCounter],
+                 may_fork: bool = True) -> list:
+    """Return read(0) … read(n − 1), computed on every core.
+
+    counters : what casts rays in these calls, whose counts are kept right across processes
+    may_fork : False where a copy of this process would be too large. Where a process dies, threads do all.
+    """
+    values = [None] * n
+
+    def by_threads(first: int, stop: int) -> None:
+        def work(start: int, end: int) -> None:
+            for k in range(first + start, first + end):
+                values[k] = read(k)
+
+        threads.in_threads(work, stop - first, 1)
+
+    timed, started = min(n, TIMED_CALLS_PER_CORE * threads.CORES), time.perf_counter()
+    by_threads(0, timed)
+    left = (n - timed) * (time.perf_counter() - started) / max(1, timed)
+    if threads.CORES > 1 and left > SECONDS_WORTH_A_PROCESS and may_fork and _can_fork():
+        try:
+            values[timed:] = _by_processes(read, range(timed, n), counters)
+            return values
+        except BrokenProcessPool:
+            pass
+    by_threads(timed, n)
+    return values
+
+
+def _can_fork() -> bool:
+    """Whether a copy of this process can do its work: not of a daemon, nor where threads of the system's own
+    libraries do not survive it."""
+    return sys.platform == "linux" and not multiprocessing.current_process().daemon
+
+
+def _by_processes(read: Callable[[int], object], some: range, counters: Sequence[RayCounter]) -> list:
+    """Return read(k) for some k, computed by copies of this process."""
+    fork = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(threads.CORES, fork, _begin, (read, counters)) as pool:
+        found = list(pool.map(_one, some))
+    for _, rays in found:
+        for counter, more in zip(counters, rays, strict=True):
+            counter.rays += more
+    return [value for value, _ in found]
+
+
+def _begin(read: Callable[[int], object], counters: Sequence[RayCounter]) -> None:
+    """In a forked worker, which is handed both as they are."""
+    global _task
+    _task, threads.CORES = (read, counters), 1
+
+
+def _one(k: int) -> tuple[object, list[int]]:
+    read, counters = _task
+    before = [counter.rays for counter in counters]
+    value = read(k)
+    return value, [counter.rays - rays for counter, rays in zip(counters, before, strict=True)]

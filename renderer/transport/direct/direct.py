@@ -1,0 +1,277 @@
+"""Light straight from the luminaires: per lumen of each, at points and on patches."""
+
+import numpy as np
+
+from renderer.scene.luminaires import Luminaire
+from renderer.system.threads import CHUNK, in_threads
+from renderer.transport.direct.aim import aimed
+from renderer.transport.direct.openings import measured_flux, through_opening
+from renderer.transport.factors.contour import exchange_areas, exchanged, polygon_factors
+from renderer.transport.factors.exchange import Exchange
+from renderer.transport.factors.shafts import SLACK, reaches
+from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.rays.ray_scene import RayScene
+from renderer.transport.rays.sampling import REPLICAS, Nets
+
+PATCH_POINTS, PATCH_RAYS = 4, 8
+"""Points on a patch, and shadow rays from each, where its direct light has no closed form: in each of
+so many independent parts."""
+BRIGHT, MOST = 256, 5
+"""A patch has twice the points for each time that its share of a luminaire's light doubles past 1 in so many,
+so often at most: what all of them miss together is then small, and they are few."""
+FAR_PATCH_SHARE = 1 / 64
+"""A patch whose diagonal is below this share of its distance to a luminaire has its light from its
+middle: light that falls as 1/d² over that distance has a mean within 6/24 · (1/64)² of it, 6e-5."""
+POINTS_PER_SLICE = 1 << 15
+"""Rays to a luminaire worked on at once: what stays in the cache."""
+POINTS_SEEN_TOGETHER = 32
+"""Points in a row that are first looked at as one."""
+PAIRS_PER_SLICE = 1 << 12
+"""Of those and boxes, looked at in one go."""
+SHADOW_RAYS = 64
+"""Rays from a point to a luminaire with area: its penumbra in 64 steps, jittered."""
+
+
+def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire]) -> np.ndarray:
+    """Illuminance per lumen (k, n_luminaires) [lx/lm = m⁻²], nothing standing between."""
+    factors = np.zeros((len(points), len(luminaires)))
+    for index, lum in enumerate(luminaires):
+        if lum.opening:
+            factors[:, index] = through_opening(points, normals, lum)
+            continue
+        if lum.outline is not None:
+            corners = np.broadcast_to(lum.outline, (len(points), *lum.outline.shape))
+            factors[:, index] = polygon_factors(points, normals, corners) / lum.area
+            continue
+        away = points - lum.center
+        distance2 = np.maximum(np.einsum("ki,ki->k", away, away), 1e-300)
+        away /= np.sqrt(distance2)[:, None]
+        incidence = np.clip(-np.einsum("ki,ki->k", away, normals), 0, None)
+        factors[:, index] = incidence * lum.intensity(away) / distance2
+    return factors
+
+
+def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
+                  ray_scene: RayScene, rays: int, seed: tuple[int, ...], parts: int) -> np.ndarray:
+    """Share of a luminaire's light that reaches each point past what stands between (parts, k).
+
+    points : (k, 3) [m], already off their surface, or (k, parts, 3), a place for each part. Rays go to
+    points all over the luminaire, each weighted with what it would bring; so many to each point in each of
+    `parts` independent nets. What few rays say is biased as that weight varies, so they are aimed.
+    """
+    each = points if points.ndim > 2 else points[:, None]
+    if luminaire.outline is None:
+        clear = ray_scene.clear(each, np.broadcast_to(luminaire.center, each.shape)).T
+        return np.broadcast_to(clear.astype(float), (parts, len(points)))
+    nets = Nets(rays, 2, seed, parts)
+    share = np.empty((parts, len(points)))
+
+    def work(start: int, stop: int) -> None:
+        square = nets.draw(start, stop)
+        few = max(1, POINTS_PER_SLICE // (rays * parts))
+        for first in range(start, stop, few):
+            part = slice(first, min(first + few, stop))
+            origins = each[part] if each.shape[1] == 1 else np.repeat(each[part], rays, axis=1)
+            targets, stands = aimed(luminaire, origins, square[part.start - start:part.stop - start])
+            weight = stands * _worth(origins, normals[part, None], luminaire, targets)
+            past = weight * ray_scene.clear(origins, targets)
+            past, total = (np.einsum("kpr->pk", w.reshape(-1, parts, rays)) for w in (past, weight))
+            share[:, part] = past / np.where(total > 0, total, 1.0)
+
+    in_threads(work, len(points), max(1, CHUNK // (rays * parts)))
+    return share
+
+
+def _worth(places: np.ndarray, normals: np.ndarray, luminaire: Luminaire, targets: np.ndarray) -> np.ndarray:
+    """What light from points (k, n, 3) all over a luminaire brings to places (k, 1 or n, 3) of these normals
+    (k, 1, 3), but for a factor."""
+    if luminaire.lambertian:
+        return exchanged(places, normals, targets, luminaire.normal)
+    reach = targets - places
+    distance = np.sqrt(np.maximum(np.einsum("kni,kni->kn", reach, reach), 1e-200))
+    incidence = np.einsum("kni,ki->kn", reach, normals[:, 0]).clip(0)
+    return incidence * luminaire.intensity(-reach / distance[..., None]) / distance**3
+
+
+def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
+                    boxes: np.ndarray) -> np.ndarray:
+    """Whether some box (m, 8, 3) reaches between any of a group of points (k, c, 3), on the front of their
+    tangent plane, and the luminaire (k,), each in a box along the room's axes. Where it is False no shadow
+    ray is needed."""
+    outline = luminaire.center[None] if luminaire.outline is None else luminaire.outline
+    lamp = np.array([outline.min(axis=0), outline.max(axis=0)])
+    boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)])
+    # A sheet does not stand in the way of its own light.
+    boxes = boxes[:, ~(boxes == lamp[:, None]).all(axis=(0, 2))].transpose(0, 2, 1)
+    shadowed = np.zeros(len(points), dtype=bool)
+
+    def work(start: int, stop: int) -> None:
+        p, n = points[start:stop].T, normals[start:stop].T
+        front = (p * n[:, None]).sum(axis=0).min(axis=0)
+        p = p.min(axis=1), p.max(axis=1)
+        # Of points one after the other most have nothing near them, which all of them tell at once.
+        first = np.arange(0, stop - start, POINTS_SEEN_TOGETHER)
+        low, high = np.minimum.reduceat(p[0], first, axis=1), np.maximum.reduceat(p[1], first, axis=1)
+        facing = np.minimum.reduceat(n, first, axis=1)
+        alike = (facing == np.maximum.reduceat(n, first, axis=1)).all(axis=0)
+        least = np.where(alike, np.minimum.reduceat(front, first), -np.inf)
+        found = shadowed[start:stop]
+        some = max(1, PAIRS_PER_SLICE // len(first))
+        for block in range(0, boxes.shape[2], some):
+            box = boxes[..., block:block + some]
+            group, of = (each.ravel() for each in np.indices((len(first), box.shape[2])))
+            near = np.flatnonzero(_in_the_way(low[:, group], high[:, group], facing[:, group], least[group],
+                                              lamp, box[..., of]))
+            point = (first[group[near], None] + np.arange(POINTS_SEEN_TOGETHER)).ravel()
+            of = np.repeat(of[near], POINTS_SEEN_TOGETHER)
+            asked = np.flatnonzero(point < stop - start)
+            asked = asked[~found[point[asked]]]
+            k = point[asked]
+            hidden = _in_the_way(p[0][:, k], p[1][:, k], n[:, k], front[k], lamp, box[..., of[asked]])
+            found[k[hidden]] = True
+
+    in_threads(work, len(points), POINTS_PER_SLICE)
+    return shadowed
+
+
+def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np.ndarray, lamp: np.ndarray,
+                box: np.ndarray) -> np.ndarray:
+    """Whether each of boxes (2, 3, k) reaches between a lamp's (2, 3) and what goes from low to high (3, k),
+    in front of what faces along a normal (3, k), `front` (k,) along it."""
+    to_low, to_high = lamp[0][:, None] - low, lamp[1][:, None] - high
+    slack = SLACK * np.maximum(-to_low, to_high).max(axis=0, initial=0.0)
+    least, most = box
+    found = (np.where(normal > 0, most, least) * normal).sum(axis=0) > front + slack
+    k = np.flatnonzero(found)
+    found[k] = reaches(to_low[:, k], to_high[:, k], least[:, k] - high[:, k] - slack[k],
+                       most[:, k] - low[:, k] + slack[k])
+    return found
+
+
+def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire],
+              ray_scene: RayScene | None, seed: tuple[int, ...], rays: int = SHADOW_RAYS,
+              origins: np.ndarray | None = None, parts: int = 1,
+              around: np.ndarray | None = None) -> np.ndarray:
+    """Illuminance per lumen at points (parts, k, n_luminaires) [m⁻²], shadows included.
+
+    visibility : None where nothing can stand between; rays : to each luminaire, in each of `parts`
+    independent nets; origins : where rays start, (k, 3) [m], or (k, parts, 3), one place for each part; else
+    off the points along their normals; around : (k, c, 3) corners of what holds all of those.
+    """
+    factors = np.repeat(unoccluded(points, normals, luminaires)[None], parts, axis=0)
+    if ray_scene is not None:
+        around = points[:, None] if around is None else around
+        lifted = ray_scene.off(points, normals) if origins is None else origins
+        for index, luminaire in enumerate(luminaires):
+            lit = np.flatnonzero(factors[0, :, index] > 0)
+            lit = lit[may_be_shadowed(around[lit], normals[lit], luminaire, ray_scene.mesh.obstacles)]
+            factors[:, lit, index] *= visible_share(lifted[lit], normals[lit], luminaire, ray_scene,
+                                                    rays, (*seed, index), parts)
+    return factors
+
+
+def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire],
+                      ray_scene: RayScene | None, seed: tuple[int, ...],
+                      parts: int) -> tuple[np.ndarray, np.ndarray]:
+    """Mean illuminance of each patch per lumen (parts, n_patches, n_luminaires) [m⁻²], in so many
+    independent samples: one where nothing can stand between.
+
+    In closed form where nothing stands between; times the share that gets past what does. All
+    lumens arrive somewhere: each luminaire's sum is scaled to 1. Returns also what was missing
+    from that sum before (n_luminaires,).
+    """
+    live = np.flatnonzero(exchange.areas > 0)
+    mean = np.zeros((parts, len(mesh.patches), len(luminaires)))
+    for index, lum in enumerate(luminaires):
+        flux = _unoccluded_flux(mesh, live, lum, (*seed, index, 0))
+        mean[:, live, index] = flux / exchange.areas[live]
+        if ray_scene is not None:
+            doubled = np.ceil(np.log2(np.maximum(BRIGHT * flux, 1))).clip(max=MOST)
+            for more in np.unique(doubled[flux > 0]).astype(int):
+                lit = live[(flux > 0) & (doubled == more)]
+                mean[:, lit, index] *= _share_on(mesh, lit, lum, ray_scene, (*seed, index, 1, more), parts,
+                                                 PATCH_POINTS << more)
+    arrived = exchange.areas @ mean
+    return mean / np.where(arrived > 0, arrived, 1.0)[:, None], 1 - arrived.mean(axis=0)
+
+
+def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
+    """Share of a luminaire's lumens that each patch would receive if nothing stood between (k,)."""
+    if lum.distribution is not None:
+        return measured_flux(mesh, patch, lum, lambda at, normals: unoccluded(at, normals, [lum])[:, 0])
+    corners = mesh.corners[patch]
+    # A tilted face lies in its own plane to within rounding.
+    slack = 1e-12 * mesh.scale
+    front = np.einsum("ki,ki->k", lum.center - mesh.centroid[patch], mesh.normal[patch]) > slack
+    if lum.outline is None:
+        if not lum.lambertian:
+            return np.where(front, _solid_angles(corners - lum.center) / (4 * np.pi), 0.0)
+        center, normal = (np.broadcast_to(x, (len(patch), 3)) for x in (lum.center, lum.normal))
+        return polygon_factors(center, normal, corners)
+    height = (corners - lum.center) @ lum.normal
+    side = (lum.outline[None] - mesh.centroid[patch, None]) @ mesh.normal[patch][:, :, None]
+    flux = np.zeros(len(patch))
+    whole = (height >= -slack).all(axis=1) & (side[..., 0] >= -slack).all(axis=1) & front
+    flux[whole] = _lit_whole(mesh, patch[whole], lum)
+    # The luminaire's plane cuts these patches, or theirs cuts it: point by point.
+    part = np.flatnonzero(~whole & (height > slack).any(axis=1) & (side[..., 0] > slack).any(axis=1))
+    if len(part):
+        points, normals = _points_on(mesh, patch[part], seed, REPLICAS)
+        at = unoccluded(points, normals, [lum]).reshape(len(part), -1)
+        flux[part] = at.mean(axis=1) * mesh.area[patch[part]]
+    return flux
+
+
+def _lit_whole(mesh: Mesh, patch: np.ndarray, lum: Luminaire) -> np.ndarray:
+    """Share of a flat luminaire's lumens on patches wholly before it, as it is before them (k,)."""
+    away = mesh.centroid[patch] - lum.center
+    radius = np.linalg.norm(lum.outline - lum.center, axis=1).max()
+    distance = np.maximum(away @ lum.normal, np.linalg.norm(away, axis=1) - radius)  # at the least
+    far = np.linalg.norm(mesh.corners[patch, 2] - mesh.corners[patch, 0], axis=1) < FAR_PATCH_SHARE * distance
+    outline = np.broadcast_to(lum.outline, (len(patch), *lum.outline.shape))
+    flux = np.empty(len(patch))
+    flux[~far] = exchange_areas(mesh.corners[patch[~far]], outline[~far])
+    flux[far] = mesh.area[patch[far]] * polygon_factors(mesh.centroid[patch[far]], mesh.normal[patch[far]],
+                                                        outline[far])
+    return flux / lum.area
+
+
+def _solid_angles(corners: np.ndarray) -> np.ndarray:
+    """Solid angles (k,) [sr] of quadrilaterals (k, 4, 3) seen from the origin (van Oosterom and
+    Strackee, IEEE Trans. Biomed. Eng. 30, 1983)."""
+    total = 0.0
+    for second, third in ((1, 2), (2, 3)):
+        a, b, c = corners[:, 0], corners[:, second], corners[:, third]
+        la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+        triple = np.abs((np.cross(a, b) * c).sum(axis=1))
+        below = (la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la
+                 + (c * a).sum(axis=1) * lb)
+        total = total + 2 * np.arctan2(triple, below)
+    return total
+
+
+def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene, seed,
+              parts: int, on_each: int) -> np.ndarray:
+    """Share of a luminaire's light on each patch that gets past what stands between (parts, k), by so many
+    points on each in each part."""
+    points, normals = _points_on(mesh, patch, seed, parts, on_each)
+    share = np.ones((parts, len(patch)))
+    maybe = may_be_shadowed(points[:, None], normals, lum, ray_scene.mesh.obstacles)
+    some = maybe.reshape(len(patch), -1).any(axis=1)
+    of_some = np.repeat(some, parts * on_each)
+    points, normals, maybe = points[of_some], normals[of_some], maybe[of_some]
+    factors = unoccluded(points, normals, [lum])[:, 0]
+    past = factors.copy()
+    asked = np.flatnonzero(maybe & (factors > 0))
+    past[asked] *= visible_share(ray_scene.off(points[asked], normals[asked]), normals[asked], lum,
+                                 ray_scene, PATCH_RAYS, (*seed, 0), 1)[0]
+    past, total = (np.einsum("kpr->pk", x.reshape(-1, parts, on_each)) for x in (past, factors))
+    share[:, some] = past / np.where(total > 0, total, 1.0)
+    return share
+
+
+def _points_on(mesh: Mesh, patch: np.ndarray, seed, parts: int,
+               on_each: int = PATCH_POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """`parts` times so many points all over each patch, and their normals (k · points, 3)."""
+    points = mesh.spread(patch, Nets(on_each, 2, seed, parts).draw(0, len(patch)))
+    return points.reshape(-1, 3), np.repeat(mesh.normal[patch], points.shape[1], axis=0)

@@ -1,0 +1,238 @@
+"""The exchange operator: one for every band and every material.
+
+It is S_ij = A_i F_ij, the exchange areas [m²], made symmetric (reciprocity) and scaled so that row i
+sums to A_i (closure); with both, a solve conserves energy to rounding. The errors before that are
+kept and reported.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, cg
+
+from renderer.system.lazy import cached_property
+from renderer.system.threads import in_threads
+
+CLOSED, CLOSED_BY_RAYS = 1e-12, 1e-4
+"""Row sums are scaled to this share of the area: in a large mesh until less is missing than its rays
+tell; the rest a patch sends to itself, so that nothing is lost."""
+STEPS_TO_HALVE = 8
+"""Balancing steps in which the error must have halved, or it has stalled."""
+DENSE, SMALL = 0.03, 4000
+"""Above this share of non-zeros a dense product is faster than a sparse one (measured), and up to so many
+patches it is taken for that alone; of larger meshes, where it also takes less memory."""
+PATCHES_FOR_SINGLE_PRECISION = 20_000
+"""Patches from which a mesh is large: its factors, known to 1e-4 at best, are kept in single precision."""
+ENTRIES_WORTH_THREADS = 1 << 22
+"""Entries from which a product is split among cores."""
+VALUES_PER_SLICE = 1 << 16
+"""Numbers of a dense matrix that stay in the cache."""
+
+
+@dataclass(frozen=True)
+class SplitSymmetric:
+    """The symmetric matrix R + Rᵀ + D of a large mesh, kept as R and Rᵀ by rows: every product is a
+    gather, split among cores, and the sum is never formed.
+
+    given, taken : R and Rᵀ (n, n), of a mesh of LARGE patches in single precision; diagonal : (n,)
+    """
+
+    given: sparse.csr_array
+    taken: sparse.csr_array
+    diagonal: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.given.shape
+
+    def __matmul__(self, x: np.ndarray) -> np.ndarray:
+        product = np.empty_like(x)
+        diagonal = self.diagonal.astype(x.dtype)
+
+        def work(start: int, stop: int) -> None:
+            own = x[start:stop]
+            of_own = diagonal[start:stop]
+            product[start:stop] = of_own[:, None] * own if x.ndim > 1 else of_own * own
+            for matrix in (self.given, self.taken):
+                product[start:stop] += rows(matrix, start, stop) @ x
+
+        in_threads(work, len(x), self._slice)
+        return product
+
+    def astype(self, kind) -> "SplitSymmetric":
+        """The same in another precision."""
+        given, taken = (matrix.astype(kind, copy=False) for matrix in (self.given, self.taken))
+        return SplitSymmetric(given, taken, self.diagonal)
+
+    def toarray(self) -> np.ndarray:
+        """The sum, dense (n, n)."""
+        matrix = np.empty(self.shape)
+
+        def work(start: int, stop: int) -> None:
+            part = matrix[start:stop]
+            rows(self.given, start, stop).toarray(out=part)
+            part += rows(self.taken, start, stop).toarray()
+
+        in_threads(work, len(matrix), max(1, VALUES_PER_SLICE // len(matrix)))
+        matrix[np.diag_indices(len(matrix))] += self.diagonal
+        return matrix
+
+    @property
+    def _slice(self) -> int:
+        """Rows that one core takes at a time."""
+        rows = len(self.diagonal)
+        return max(
+            1,
+            rows
+            if self.given.nnz < ENTRIES_WORTH_THREADS
+            else rows * ENTRIES_WORTH_THREADS // self.given.nnz,
+        )
+
+    def closed(self, areas: np.ndarray, scale: np.ndarray) -> "SplitSymmetric":
+        """Scaled from both sides by `scale` (n,), and lowered where rows then pass `areas` (n,) [m²]; what
+        is then missing is on the diagonal."""
+        sums = scale * (self @ scale)
+        share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
+        kind = np.float32 if len(areas) >= PATCHES_FOR_SINGLE_PRECISION else np.float64
+        changed = []
+        for matrix in (self.given, self.taken):
+            data = np.empty(matrix.nnz, dtype=kind)
+
+            def work(start: int, stop: int, matrix=matrix, data=data) -> None:
+                part = slice(matrix.indptr[start], matrix.indptr[stop])
+                row = np.repeat(np.arange(start, stop), np.diff(matrix.indptr[start:stop + 1]))
+                column = matrix.indices[part]
+                data[part] = (matrix.data[part] * (scale[row] * scale[column])
+                              * np.minimum(share[row], share[column]))
+
+            in_threads(work, len(areas), self._slice)
+            changed.append(sparse.csr_array((data, matrix.indices, matrix.indptr), shape=matrix.shape))
+        diagonal = self.diagonal * scale**2 * share
+        return SplitSymmetric(
+            *changed, diagonal + areas - SplitSymmetric(*changed, diagonal) @ np.ones(len(areas))
+        )
+
+
+def rows(matrix: sparse.csr_array, start: int, stop: int) -> sparse.csr_array:
+    """Some rows of a matrix, nothing copied."""
+    first, last = matrix.indptr[start], matrix.indptr[stop]
+    return sparse.csr_array((matrix.data[first:last], matrix.indices[first:last],
+                             matrix.indptr[start:stop + 1] - first), shape=(stop - start, matrix.shape[1]))
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """The exchange operator of a mesh.
+
+    areas : (n,) exposed area of each patch [m²]
+    matrix : (n, n) symmetric, S_ij [m²]; rows sum to `areas`
+    closure_error : max |Σ_j F_ij − 1|, before balancing
+    reciprocity_error : max |S_ab − S_ba| between two surfaces, of the smaller area, before balancing
+    worst_pair : those two surfaces
+    leak : largest share of a patch's light that meets no surface's front
+    worst_patch : of which patch
+    kept : what solves leave for the next one
+    """
+
+    areas: np.ndarray
+    matrix: np.ndarray | SplitSymmetric
+    closure_error: float
+    reciprocity_error: float
+    worst_pair: tuple[int, int]
+    leak: float
+    worst_patch: int
+    kept: dict = field(default_factory=dict, repr=False)
+
+    @property
+    def single(self) -> bool:
+        """Whether the factors are in single precision."""
+        return isinstance(self.matrix, SplitSymmetric) and self.matrix.given.dtype == np.float32
+
+    @cached_property
+    def in_single(self) -> np.ndarray | SplitSymmetric:
+        """The matrix in single precision."""
+        return self.matrix.astype(np.float32)
+
+    def irradiance(self, radiosity: np.ndarray) -> np.ndarray:
+        """What each patch receives from the others (n, bands), from radiosity (n, bands)."""
+        areas = np.where(self.areas > 0, self.areas, 1.0)
+        return (self.matrix @ radiosity) / areas[:, None]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All of it as plain arrays."""
+        matrix = {"matrix": self.matrix}
+        if isinstance(self.matrix, SplitSymmetric):
+            given = self.matrix.given
+            matrix = {"data": given.data, "indices": given.indices, "indptr": given.indptr,
+                      "diagonal": self.matrix.diagonal}
+        errors = np.array([self.closure_error, self.reciprocity_error, self.leak])
+        worst = np.array([*self.worst_pair, self.worst_patch])
+        return {"areas": self.areas, "errors": errors, "worst": worst, **matrix}
+
+
+def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
+    """The operator whose arrays those are."""
+    matrix, n = arrays.get("matrix"), len(arrays["areas"])
+    if matrix is None:
+        given = sparse.csr_array((arrays["data"], arrays["indices"], arrays["indptr"]), shape=(n, n))
+        matrix = SplitSymmetric(given, given.T.tocsr(), arrays["diagonal"])
+    *pair, patch = (int(k) for k in arrays["worst"])
+    closure, unequal, leak = map(float, arrays["errors"])
+    return Exchange(arrays["areas"], matrix, closure, unequal, tuple(pair), leak, patch)
+
+
+def better_dense(n: int, entries: int) -> bool:
+    """Whether a matrix of n rows with so many entries, repetitions included, had better be dense."""
+    return entries > DENSE * n * n if n <= SMALL else 12 * entries > 8 * n * n
+
+
+def reciprocity(between: np.ndarray, area: np.ndarray) -> tuple[float, tuple[int, int]]:
+    """Largest |S_ab − S_ba| between two surfaces (n, n) [m²], relative to the smaller one's area (n,); and
+    those two."""
+    smaller = np.minimum(area[:, None], area)
+    apart = np.abs(between - between.T) / np.where(smaller > 0, smaller, np.inf)
+    return float(apart.max()), tuple(int(k) for k in np.unravel_index(apart.argmax(), apart.shape))
+
+
+def balance(matrix, areas: np.ndarray) -> tuple:
+    """Scale a symmetric matrix from both sides so that its rows sum to `areas`: that, and the scale (n,). A
+    dense one is itself changed.
+
+    Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by
+    s_i d_i + Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013).
+    Few rays may leave a pattern that no scaling closes; what is then missing a patch sends to itself.
+    """
+    live = areas > 0
+    scale = live.astype(float)
+    root = np.sqrt(np.where(live, areas, 1.0))  # the system's own unit: eigenvalues 0 to 2
+    enough = CLOSED_BY_RAYS if isinstance(matrix, SplitSymmetric) else CLOSED
+    worst = []
+    for _ in range(50):
+        sums = np.where(live, scale * (matrix @ scale), 1.0)
+        missing = np.where(live, areas - sums, 0.0)
+        worst.append(np.abs(missing[live] / areas[live]).max(initial=0.0))
+        if worst[-1] < enough or (len(worst) > STEPS_TO_HALVE and worst[-1] > worst[-STEPS_TO_HALVE] / 2):
+            break
+
+        def moved(d, sums=sums, side=scale / root):
+            return sums / root**2 * d + side * (matrix @ (side * d))
+
+        system = LinearOperator(matrix.shape, moved, dtype=float)
+        step, _ = cg(system, missing / root, rtol=1e-3, maxiter=50)
+        scale *= np.exp(np.clip(step / root, -1, 1))
+        scale[live] = np.clip(scale[live], 0.1, 10)  # past that no scaling would help
+    if isinstance(matrix, SplitSymmetric):
+        return matrix.closed(areas, scale), scale
+
+    def scaled(start: int, stop: int) -> None:
+        matrix[start:stop] *= scale[start:stop, None] * scale
+
+    in_threads(scaled, len(areas), max(1, VALUES_PER_SLICE // len(areas)))
+    if worst[-1] >= CLOSED:
+        sums = matrix.sum(axis=1)
+        share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
+        matrix *= np.minimum(share[:, None], share)
+        matrix[np.diag_indices(len(areas))] += areas - matrix.sum(axis=1)
+    return matrix, scale

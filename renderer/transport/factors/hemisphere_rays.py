@@ -1,0 +1,219 @@
+"""What rays all over a hemisphere meet: form factors of any room, counted."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from renderer.system.threads import CHUNK, in_threads
+from renderer.transport.factors.contour import frames
+from renderer.transport.factors.exchange import Exchange, SplitSymmetric, balance, better_dense, reciprocity
+from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.rays.ray_scene import INSIDE, NOTHING, RayScene
+from renderer.transport.rays.sampling import REPLICAS, Nets, cosine_directions
+
+MIN_EXPOSED_SHARE = 0.02
+"""A patch of which less than this share is exposed (under a crate, inside a wall) takes no part."""
+FEW, MANY = 16, 40_000
+"""Rays of a patch in each independent part, at least, and patches at most; else all rays are one part,
+and what they err by is told by a coarser mesh with fewer."""
+PROBE_RAYS, MORE_RAYS = 64, 1024
+"""Rays of a patch that tell whether it is covered in part, and if so how much of it."""
+PATCH_RAYS_PER_VERTEX_RAY = 4
+"""So many times fewer rays of a vertex than of a patch do for readings (docs/decisions.md)."""
+RAYS_WORTH_SENDING = 10_000_000
+"""Rays of a mesh from which other machines cast them, where there are any; fewer are done here sooner."""
+
+Rows = Callable[[Mesh, Nets, int], Iterable[tuple[int, np.ndarray, int]]]
+"""Has the rays of a mesh cast elsewhere, so many rows at a time: of each block, in any order, its first row,
+what `cast_rows` says of it, and how many rays that took."""
+
+
+def independent_parts(patches: int, rays: int) -> int:
+    """In how many independent parts so many rays a patch are drawn; 1 for none."""
+    return REPLICAS if rays >= FEW * REPLICAS and patches <= MANY else 1
+
+
+def rays_of_vertex(rays: int) -> int:
+    """How many rays of each vertex tell what readings need, when so many of a patch are asked for."""
+    return max(FEW * REPLICAS, rays // PATCH_RAYS_PER_VERTEX_RAY)
+
+
+def cast(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...],
+         elsewhere: Rows | None = None) -> np.ndarray:
+    """The patch that each of `rays` cosine-distributed rays from points all over each patch meets
+    (n_patches, rays); INSIDE where the ray starts covered up, NOTHING where it is lost.
+
+    rays : a power of 2, in independent nets one after the other; elsewhere : casts SENT rays and more.
+    """
+    n = len(mesh.patches)
+    parts = independent_parts(n, rays)
+    nets = Nets(rays // parts, 4, seed, parts)
+    hits = np.empty((n, rays), dtype=np.int32)
+    step = max(1, CHUNK // rays)
+
+    def work(start: int, stop: int) -> None:
+        hits[start:stop] = cast_rows(mesh, ray_scene, nets, start, stop)
+
+    if elsewhere is None or hits.size < RAYS_WORTH_SENDING:
+        in_threads(work, n, step)
+    else:
+        for start, rows, taken in elsewhere(mesh, nets, step):
+            hits[start : start + len(rows)] = rows
+            ray_scene.rays += taken
+    return hits
+
+
+def cast_rows(mesh: Mesh, ray_scene: RayScene, nets: Nets, start: int, stop: int) -> np.ndarray:
+    """What the rays from patches start to stop meet (stop − start, rays), INSIDE for covered ones, which cast
+    none: alike for equal `start` and `stop`, whichever core or machine asks."""
+    open_ = np.flatnonzero(ray_scene.exposed[start:stop])
+    square = nets.draw(start, stop)
+    hits = np.full(square.shape[:2], INSIDE, dtype=np.int32)
+    hits[open_] = _met(mesh, ray_scene, start + open_, square[open_])
+    return hits
+
+
+def _met(mesh: Mesh, ray_scene: RayScene, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """What rays from patches (k,) meet (k, rays), by points of the unit hypercube (k, rays, 4)."""
+    origins = ray_scene.off(mesh.spread(patch, square[..., :2]), mesh.normal[patch][:, None])
+    directions = cosine_directions(square[..., 2:], frames(mesh.normal[patch]))
+    found = ray_scene.first_hit(origins.reshape(-1, 3), directions.reshape(-1, 3)).astype(np.int32)
+    found = found.reshape(square.shape[:2])
+    # A ray is lost where the surface is covered (a crate's foot) or where light escapes.
+    partly = np.flatnonzero((found < 0).any(axis=1))
+    inside = ray_scene.inside_solid(origins[partly].reshape(-1, 3),
+                                     np.repeat(mesh.normal[patch[partly]], found.shape[1], axis=0))
+    lost = np.where(found[partly] < 0, NOTHING, found[partly])
+    found[partly] = np.where(inside.reshape(lost.shape), INSIDE, lost)
+    return found
+
+
+@dataclass(frozen=True)
+class Openness:
+    """How much of each patch (n_patches,) is exposed, and of its light from there meets no surface's front;
+    a patch of which less than BURIED is exposed has neither."""
+
+    exposed: np.ndarray
+    lost: np.ndarray
+
+
+def openness(hits: np.ndarray) -> Openness:
+    """The same told from what rays meet (n_patches, rays)."""
+    n, rays = hits.shape
+    open_, met = np.empty(n), np.empty(n, dtype=np.int64)
+
+    def look(start: int, stop: int) -> None:
+        open_[start:stop] = rays - (hits[start:stop] == INSIDE).sum(axis=1)
+        met[start:stop] = (hits[start:stop] >= 0).sum(axis=1)
+
+    in_threads(look, n, max(1, CHUNK // rays))
+    alive = (open_ > MIN_EXPOSED_SHARE * rays) & (met > 0)
+    return Openness(np.where(alive, open_ / rays, 0.0),
+                    np.where(alive, (open_ - met) / np.maximum(open_, 1), 0.0))
+
+
+def probed(mesh: Mesh, ray_scene: RayScene, seed: tuple[int, ...]) -> Openness:
+    """The same told from PROBE_RAYS of each patch, and MORE_RAYS of those that seem to be covered in part."""
+    hits = cast(mesh, ray_scene, PROBE_RAYS, seed)
+    found = openness(hits)
+    partly = np.flatnonzero((hits == INSIDE).any(axis=1) & ray_scene.exposed)
+    nets = Nets(MORE_RAYS, 4, (*seed, 1))
+
+    def look(start: int, stop: int) -> None:
+        patch = partly[start:stop]
+        better = openness(_met(mesh, ray_scene, patch, nets.draw(start, stop)))
+        found.exposed[patch], found.lost[patch] = better.exposed, better.lost
+
+    in_threads(look, len(partly), CHUNK // MORE_RAYS)
+    return found
+
+
+def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
+    """Factors counted from what rays meet (n_patches, rays), of `cast`: each row sums to 1 whatever
+    stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
+    grows with the number of patches, not its square."""
+    n = len(hits)
+    open_ = openness(hits)
+    areas = mesh.area * open_.exposed
+    given, between = tallied(mesh, hits, areas, open_.lost)
+    error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
+    matrix = SplitSymmetric(given, given.T.tocsr(), np.zeros(n))
+    if better_dense(n, 2 * hits.size):
+        matrix = matrix.toarray()
+    leak = float(open_.lost.max())
+    return Exchange(areas, balance(matrix, areas)[0], leak, error, pair, leak, int(open_.lost.argmax()))
+
+
+def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -> tuple:
+    """Exchange areas counted ray by ray, a half R of R + Rᵀ (n, n) [m²], and between surfaces
+    (n_surfaces, n_surfaces) [m²]; not balanced.
+
+    areas : exposed (n,) [m²]; lost : share of the light of each patch (n,), as in `Openness`. Of the two
+    counts of a pair the smaller patch's is the better: their variances are as the areas, and so the pair's
+    two are weighted.
+    """
+    counts, surfaces = tallies(hits, len(hits)), mesh.surface.max() + 1
+    share, step = mesh.area / hits.shape[1] / (1 - lost), max(1, CHUNK // hits.shape[1])
+    between = np.zeros((-(-len(hits) // step), surfaces**2))
+
+    def weigh(start: int, stop: int) -> None:
+        part = slice(counts.indptr[start], counts.indptr[stop])
+        row = np.repeat(np.arange(start, stop), np.diff(counts.indptr[start : stop + 1]))
+        column, own = counts.indices[part], areas[row]
+        other = areas[column]
+        worth = np.where((own > 0) & (other > 0), share[row] * counts.data[part], 0.0)
+        counts.data[part] = worth * other / np.where(worth > 0, own + other, 1.0)
+        pairs = mesh.surface[row] * surfaces + mesh.surface[column]
+        between[start // step] = np.bincount(pairs, worth, surfaces**2)
+
+    in_threads(weigh, len(hits), step)
+    return counts, between.sum(axis=0).reshape(surfaces, surfaces)
+
+
+def look_round(points: np.ndarray, normals: np.ndarray, ray_scene: RayScene, rays: int,
+               seed: tuple[int, ...]) -> np.ndarray:
+    """The patch that each of `rays` cosine-distributed rays from each point meets (k, rays), in REPLICAS
+    independent nets one after the other.
+
+    points : (k, 3) [m], already off their surface. A point inside a solid sees nothing.
+    """
+    nets = Nets(rays // REPLICAS, 2, seed, REPLICAS)
+    axes = frames(normals)
+    hits = np.empty((len(points), rays), dtype=np.int32)
+
+    def work(start: int, stop: int) -> None:
+        directions = cosine_directions(nets.draw(start, stop), axes[start:stop]).reshape(-1, 3)
+        origins = np.repeat(points[start:stop], rays, axis=0)
+        hits[start:stop] = ray_scene.first_hit(origins, directions).reshape(-1, rays)
+
+    in_threads(work, len(points), max(1, CHUNK // rays))
+    return hits
+
+
+def shares(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
+    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), from
+    what rays meet (k, rays)."""
+    counts = tallies(hits, n_patches)
+    counts.data /= hits.shape[1]
+    return counts
+
+
+def tallies(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
+    """How many rays of each row meet each patch (k, n_patches), from what they meet (k, rays)."""
+    step = max(1, CHUNK // hits.shape[1])
+    ends, found = np.zeros(len(hits) + 1, dtype=np.int64), [None] * -(-len(hits) // step)
+
+    def tally(start: int, stop: int) -> None:
+        met = np.sort(hits[start:stop], axis=1)
+        first = np.ones(met.shape, dtype=bool)
+        np.not_equal(met[:, 1:], met[:, :-1], out=first[:, 1:])
+        place = np.flatnonzero(first)
+        column, times = met.ravel()[place], np.diff(place, append=met.size)
+        ends[start + 1 : stop + 1] = (first & (met >= 0)).sum(axis=1)
+        found[start // step] = column[column >= 0], times[column >= 0].astype(float)
+
+    in_threads(tally, len(hits), step)
+    column, times = (np.concatenate(each) for each in zip(*found, strict=True))
+    return sparse.csr_array((times, column, np.cumsum(ends)), shape=(len(hits), n_patches))

@@ -1,0 +1,189 @@
+"""Form factors in closed form: who exchanges light with whom, past what stands in the way."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.system.threads import in_threads
+from renderer.transport.factors.contour import HORIZON, exchange_areas, point_factors
+from renderer.transport.factors.exchange import Exchange, balance, reciprocity
+from renderer.transport.factors.hemisphere_rays import PROBE_RAYS, Openness, probed
+from renderer.transport.factors.shafts import doubtful_pairs
+from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.rays.ray_scene import RayScene
+from renderer.transport.rays.sampling import Nets
+
+NEAR_PAIR_DIAGONALS = 2.0
+"""Pairs nearer than this many times the longer one's diagonal are integrated over both patches; farther
+ones from middle to patch (docs/decisions.md)."""
+RAYS_PER_SLICE = 1 << 15
+"""Rays between pairs worked on at once: what stays in the cache."""
+PATCHES_PER_TILE = 128
+"""Rows and columns of a matrix worked on at once."""
+MIN_EXCHANGE = 1e-30
+"""What is exchanged over less than this in single precision is nothing."""
+MAX_PATCHES_FOR_PAIR_RAYS = 4000
+"""Patches past which a factor for every pair takes longer than rays."""
+MAX_RAYS_OF_HEMISPHERES = 4
+"""Rays that doubtful pairs need over those asked for, at most: past that so much stands in the way that rays
+all over the hemispheres are better."""
+
+
+@dataclass(frozen=True)
+class PairVisibility:
+    """What is seen past what stands in the way.
+
+    openness : of each patch
+    pairs : (2, k) patches between which something may stand; all others see each other whole
+    seen : (k,) share of what each pair would exchange that gets through
+    apart : (k,) half the difference between that share by the first and by the second half of its rays
+    """
+
+    openness: Openness
+    pairs: np.ndarray
+    seen: np.ndarray
+    apart: np.ndarray
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All of it as plain arrays."""
+        return {"exposed": self.openness.exposed, "lost": self.openness.lost, "pairs": self.pairs,
+                "seen": self.seen, "apart": self.apart}
+
+
+def pair_visibility_from(arrays: dict[str, np.ndarray]) -> PairVisibility:
+    """The one whose arrays those are."""
+    openness = Openness(arrays["exposed"], arrays["lost"])
+    return PairVisibility(openness, arrays["pairs"], arrays["seen"], arrays["apart"])
+
+
+def rays_in_half(patches: int, pairs: int, rays: int) -> int:
+    """In each half of the rays of a doubtful pair, a power of 2, when `rays` a patch are asked for; 0 where
+    rays all over the hemispheres are the better way."""
+    share = rays * patches / max(1, 2 * pairs)
+    if patches > MAX_PATCHES_FOR_PAIR_RAYS or share * MAX_RAYS_OF_HEMISPHERES < 1:
+        return 0
+    return 2 ** int(np.log2(max(1.0, share)))
+
+
+def between(patches: int, pairs: int, rays: int) -> int:
+    """How many rays are cast between so many patches, when `rays` of each are asked for."""
+    half = rays_in_half(patches, pairs, rays)
+    return PROBE_RAYS * patches + 2 * half * pairs if half else rays * patches
+
+
+def probe_pairs(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...]) -> PairVisibility | None:
+    """Cast rays between the patches where something may stand; None where rays all over the hemispheres,
+    so many a patch, are the better way.
+
+    All pairs have as many rays, together no more than the hemispheres would, but two at the least.
+    """
+    if len(mesh.patches) > MAX_PATCHES_FOR_PAIR_RAYS:
+        return None
+    open_ = probed(mesh, ray_scene, (*seed, 0))
+    if not open_.exposed.any():
+        return None
+    pairs = doubtful_pairs(mesh, np.flatnonzero(open_.exposed), open_.exposed < 1)
+    count = pairs.shape[1]
+    half = rays_in_half(len(mesh.patches), count, rays)
+    if not half:
+        return None
+    nets = Nets(half, 4, (*seed, 2), 2)
+    seen, apart = np.empty(count), np.empty(count)
+
+    def look(start: int, stop: int) -> None:
+        worth, past = ray_scene.between(*pairs[:, start:stop], nets.coordinates(start, stop))
+        total, through = (np.einsum("khr->kh", each.reshape(-1, 2, half)) for each in (worth, past))
+        seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), MIN_EXCHANGE)
+        through /= np.maximum(total, MIN_EXCHANGE)
+        apart[start:stop] = (through[:, 0] - through[:, 1]) / 2
+
+    in_threads(look, count, max(1, RAYS_PER_SLICE // (2 * half)))
+    return PairVisibility(open_, pairs, seen, apart)
+
+
+def contour_exchange(
+    mesh: Mesh, pair_visibility: PairVisibility | None = None
+) -> tuple[Exchange, np.ndarray]:
+    """Exact factors; where something stands in the way, times the share that is seen past it. Returns also
+    what the pairs of `sight` would exchange if nothing did (k,) [m²].
+
+    From each middle by Lambert's formula; near pairs by the double contour integral, because the middle of
+    a patch at an edge says little about its whole (at ρ = 0.9 this was 0.8 %).
+    sight : None in a convex room with nothing in it
+    """
+    factors = point_factors(mesh.centroid, mesh.normal, mesh)
+    areas, leak, worst = mesh.area, 0.0, 0
+    if pair_visibility is not None:
+        areas = mesh.area * pair_visibility.openness.exposed
+        leak, worst = float(pair_visibility.openness.lost.max()), int(pair_visibility.openness.lost.argmax())
+        factors[areas == 0], factors[:, areas == 0] = 0.0, 0.0
+    matrix, n_surfaces = _symmetric(mesh, factors), mesh.surface.max() + 1
+    live, to_surfaces = areas > 0, np.empty((n_surfaces, len(areas)))
+
+    def add_up(start: int, stop: int) -> None:
+        for k in range(start, stop):
+            to_surfaces[k] = mesh.area * factors.T[mesh.surface == k].sum(axis=0, dtype=float)
+
+    in_threads(add_up, n_surfaces, 1)
+    pairs = np.zeros((2, 0)) if pair_visibility is None else pair_visibility.pairs
+    first, second = pairs.astype(np.int64)
+    there, back, flat = first * len(areas) + second, second * len(areas) + first, matrix.reshape(-1)
+    whole = flat[there]
+    if pair_visibility is not None:
+        flat[there] = flat[back] = pair_visibility.seen * whole
+        by_other = factors.T.reshape(-1)
+        for one, other, place in ((first, second, back), (second, first, there)):
+            hidden = mesh.area[one] * by_other[place] * (1 - pair_visibility.seen)
+            to_surfaces -= np.bincount(mesh.surface[other] * len(areas) + one, hidden,
+                                       to_surfaces.size).reshape(to_surfaces.shape)
+    closure = np.abs(to_surfaces.sum(axis=0)[live] / areas[live] - 1)
+    member = np.eye(n_surfaces)[mesh.surface]
+    error, pair = reciprocity((to_surfaces @ member).T, np.bincount(mesh.surface, areas))
+    matrix, scale = balance(matrix, areas)
+    whole *= scale[first] * scale[second]
+    return Exchange(areas, matrix, float(closure.max(initial=0.0)), error, pair, leak, worst), whole
+
+
+def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
+    """Exchange areas (n, n) [m²] from factors (n, n), those of near pairs made exact.
+
+    Of a pair's two factors the one from the smaller patch errs less, since its error grows as the square of
+    the patch whose middle it is seen from: A_i F_ij counts by A_j, and A_j F_ji by A_i.
+    """
+    matrix, inverse = np.empty(factors.shape), 1 / mesh.area
+
+    def add(start: int, stop: int) -> None:
+        for first in range(start, len(factors), PATCHES_PER_TILE):  # of both halves, each entry once
+            rows, columns = slice(start, stop), slice(first, first + PATCHES_PER_TILE)
+            both = factors[rows, columns] + factors[columns, rows].T
+            matrix[rows, columns] = both / (inverse[rows, None] + inverse[columns])
+            matrix[columns, rows] = matrix[rows, columns].T
+
+    in_threads(add, len(factors), PATCHES_PER_TILE)
+    first, second = _near_pairs(mesh)
+    seen = matrix[first, second] > 0
+    first, second = first[seen], second[seen]
+    whole = _before(mesh, first, second) & _before(mesh, second, first)
+    first, second = first[whole], second[whole]
+    larger = mesh.area[first] > mesh.area[second]
+    first, second = np.where(larger, second, first), np.where(larger, first, second)
+    exact = exchange_areas(mesh.corners[first], mesh.corners[second])
+    matrix[first, second] = matrix[second, first] = exact
+    return matrix
+
+
+def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    from scipy.spatial import KDTree
+
+    diagonal = 2 * np.linalg.norm(mesh.corners - mesh.centroid[:, None], axis=2).max(axis=1)
+    pairs = KDTree(mesh.centroid).query_pairs(NEAR_PAIR_DIAGONALS * diagonal.max(), output_type="ndarray")
+    first, second = pairs.T
+    apart = np.linalg.norm(mesh.centroid[first] - mesh.centroid[second], axis=1)
+    near = apart < NEAR_PAIR_DIAGONALS * np.maximum(diagonal[first], diagonal[second])
+    return first[near], second[near]
+
+
+def _before(mesh: Mesh, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Whether the whole of each second patch is before its first one (k,)."""
+    reach = np.einsum("kci,ki->kc", mesh.corners[second] - mesh.centroid[first][:, None], mesh.normal[first])
+    return (reach >= -HORIZON * mesh.scale).all(axis=1)

@@ -1,0 +1,298 @@
+"""A scene divided into patches: the room's surfaces, the solids and the luminaires' faces."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import trimesh
+
+from renderer.scene.flat import Polygon
+from renderer.scene.geometry import Rectangle
+from renderer.scene.luminaires import Luminaire
+from renderer.scene.room import Room
+from renderer.scene.scene import Scene
+from renderer.transport.mesh.contacts import Faces, Outlines, covered_by_contact, cut, graded, standing
+from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.mesh.mounting import COPLANAR, Mounting, mounting
+from renderer.transport.mesh.triangulation import triangulated, without
+
+GRADING = 1.0
+"""0 divides a rectangle evenly; 1 as cos, finest where light changes fastest: at edges, by which a corner
+at ρ = 0.9 converges at second order."""
+CLOSE_TO_LAMP = 36.0
+"""Near a lamp that lights it, a patch is at most this many times its distance from the lamp, times
+patch size over √(room area): once the distance with the patches of 1 %, less where more is asked."""
+WHOLE_EDGE, SLENDER = 2.0, 0.2
+"""Edges of small things are divided as often as this over the closeness to lamps: in two with the
+patches of 1 %, more where more is asked; but not those shorter than that share of a patch."""
+NEAREST_LAMP = 64
+"""Near a lamp, patches are this much smaller than elsewhere, at the most."""
+IN_GAP, NARROWEST = 25.0, 2.0
+"""Where a solid faces something over a gap, the same two limits: under a low table, in a shelf, between
+louvres. So gaps wider than √(room area) over the first are as nothing."""
+MAX_CELLS_FOLD = 16
+"""Times as many cells as it would have alone that a rectangle may be divided into along what stands on it."""
+MAX_TRIANGLES_KEPT = 4
+"""A polygon smaller than a patch and of no more triangles than this keeps them."""
+HINDRANCES = 64
+"""A room with more flat parts than this that can stand in the way is one obstacle as a whole."""
+
+
+def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> Mesh:
+    """Divide a scene into patches of about `patch_size` [m], graded toward edges and contacts.
+
+    luminaires : the scene's, each through `stand_off`.
+    """
+    every = [*scene.room.surfaces.values(), *(solid.parts for solid in scene.solids)]
+    mountings, sheets = [], []
+    for index, luminaire in enumerate((lum for lum in luminaires if lum.outline is not None), len(every)):
+        found = mounting(scene, luminaire, index)
+        if found is not None:
+            mountings.append(found)
+        else:
+            sheets.append((index, luminaire))
+    builder = _Builder(patch_size, COPLANAR * scene.room.scale, len(scene.room.surfaces), luminaires,
+                       CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area))
+    rectangles = [(index, face) for index, parts in enumerate(every) for face in parts.rectangles]
+    polygons = [(index, face) for index, parts in enumerate(every) for face in parts.polygons]
+    own = [r.corners for index, r in rectangles if index < builder.n_walls]
+    own += [m.outline for m in mountings if not m.cut_out]
+    solids = [r.corners for index, r in rectangles if index >= builder.n_walls]
+    outlines = Outlines(np.array(own + solids).reshape(-1, 4, 3), len(own))
+    faces = Faces([*rectangles, *polygons])
+    for index, rectangle in rectangles:
+        builder.add_rectangle(index, rectangle, outlines, faces, mountings)
+    for mounted in mountings:
+        if mounted.cut_out:
+            builder.add_face(mounted.surface, mounted.face)
+    for index, polygon in polygons:
+        builder.add_polygon(index, polygon, faces, mountings)
+    for index, parts in enumerate(every):
+        builder.add_triangles(index, parts.triangles)
+    for index, luminaire in sheets:
+        builder.add_sheet(index, luminaire)
+    free = [lum for _, lum in sheets]
+    return builder.finish([*rectangles, *polygons], _obstacles(scene, free), _blockers(scene, free),
+                          scene.room.shell)
+
+
+def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
+    """Boxes (m, 8, 3) [m] around whatever can stand between two places in a room, flat ones for walls."""
+    around = [solid.mesh.bounds for solid in scene.solids]
+    around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for lum in sheets]
+    hindrances = scene.room.hindrances
+    if len(hindrances) > HINDRANCES:
+        around, hindrances = [scene.room.bounds], []
+    corners = np.array(list(np.ndindex(2, 2, 2)))
+    boxes = [bounds[corners, np.arange(3)] for bounds in around]
+    return np.array(boxes + [np.resize(h, (8, 3)) for h in hindrances]).reshape(-1, 8, 3)
+
+
+def _blockers(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
+    """Triangles (k, 3, 3) [m] of all that can stand between two places: no wall of a convex room, unless
+    a solid reaches out through them."""
+    found = [solid.parts.shell for solid in scene.solids]
+    for lum in sheets:
+        fan = np.arange(1, len(lum.outline) - 1)[:, None] + [0, 0, 1]
+        fan[:, 0] = 0
+        found.append(lum.outline[fan])
+    if not scene.room.convex or any(_reaches_out(scene.room, solid.mesh.bounds) for solid in scene.solids):
+        found.append(scene.room.shell)
+    return np.concatenate(found) if found else np.zeros((0, 3, 3))
+
+
+def _reaches_out(room: Room, bounds: np.ndarray) -> bool:
+    """Whether a box, its lowest and highest corner (2, 3) [m], reaches behind a face of a convex room."""
+    corners = bounds[np.array(list(np.ndindex(2, 2, 2))), np.arange(3)]
+    start, one, other = room.shell.transpose(1, 0, 2)
+    normals = np.cross(one - start, other - start)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    heights = np.einsum("cki,ki->ck", corners[:, None] - start, normals)
+    return bool(heights.min() < -COPLANAR * room.scale)
+
+
+class _Builder:
+    def __init__(self, patch_size: float, touch: float, n_walls: int, luminaires: list[Luminaire],
+                 close: float):
+        self.patch_size = patch_size
+        self.touch = touch
+        self.n_walls = n_walls
+        self.luminaires = luminaires
+        self.close, self.in_gap = close, close * IN_GAP / CLOSE_TO_LAMP
+        self.vertices, self.patches, self.surface = [], [], []
+        self.vertex_surface, self.twin = [], []
+        self.n_vertices = self.n_patches = 0
+
+    def add(self, vertices, patches, surface, vertex_surface, twin=None):
+        self.vertices.append(vertices)
+        self.patches.append(patches + self.n_vertices)
+        self.surface.append(surface)
+        self.vertex_surface.append(np.full(len(vertices), vertex_surface))
+        self.twin.append(np.full(len(patches), -1) if twin is None else twin + self.n_patches)
+        self.n_vertices += len(vertices)
+        self.n_patches += len(patches)
+
+    def add_rectangle(self, index: int, rectangle: Rectangle, outlines: Outlines, faces: Faces,
+                      mountings: list[Mounting]) -> None:
+        """Divide a rectangle along outlines: of the room and what is mounted on it, and of solids, unless so
+        many cross it that their feet had better be cut out one by one."""
+        edges, own = outlines.along(rectangle, self.touch)
+        us, vs = self.grid_lines(rectangle, edges)
+        crowded = len(us) * len(vs) > 4 * MAX_CELLS_FOLD
+        if crowded:  # perhaps: alone it has four corners at the least
+            alone = self.grid_lines(rectangle, edges[:, :, own])
+            crowded = len(us) * len(vs) > MAX_CELLS_FOLD * len(alone[0]) * len(alone[1])
+            us, vs = alone if crowded else (us, vs)
+        covers = self.on(index, rectangle.corner, rectangle.normal, mountings)
+        feet = standing(rectangle, faces.against(index, rectangle, self.touch), crowded,
+                        [m.outline for m in covers if m.cut_out], self.patch_size, self.touch)
+        vertices, patches = self.divided(rectangle, us, vs, feet, self.over_gaps(index, rectangle, faces))
+        surface = np.full(len(patches), index)
+        middles = vertices[patches].mean(axis=1)
+        for cover in covers:
+            if cover.cut_out:
+                continue
+            o, e, f = cover.outline[0], *(cover.outline[k] - cover.outline[0] for k in (1, 3))
+            s, t = (middles - o) @ e / (e @ e), (middles - o) @ f / (f @ f)
+            surface[(s > 0) & (s < 1) & (t > 0) & (t < 1)] = cover.surface
+        self.add(vertices, patches, surface, index)
+
+    def on(self, index: int, corner, normal, mountings: list[Mounting]) -> list[Mounting]:
+        """The luminaires mounted on a flat part of the room."""
+        return [m for m in mountings if index < self.n_walls and m.on(corner, normal, self.touch)]
+
+    def add_polygon(self, index: int, polygon: Polygon, faces: Faces, mountings: list[Mounting]) -> None:
+        feet = [[m.outline] for m in self.on(index, polygon.origin, polygon.normal, mountings)]
+        feet += faces.against(index, polygon, self.touch)
+        gaps = [((corners - polygon.origin) @ polygon.normal).min()
+                for corners in self.over_gaps(index, polygon, faces)]
+        long = np.clip(min(gaps, default=np.inf) * self.in_gap, self.patch_size / NARROWEST, self.patch_size)
+        small = np.ptp(polygon.frame, axis=0).max() < long
+        if small and not feet and len(polygon.triangles) <= MAX_TRIANGLES_KEPT:
+            self.add_triangles(index, polygon.triangles)
+            return
+        for part in without(polygon, feet, self.touch):
+            points, triangles = triangulated(part, float(long))
+            self.add(polygon.solid(points), np.column_stack([triangles, triangles[:, 2]]),
+                     np.full(len(triangles), index), index)
+
+    def over_gaps(self, index: int, face: Rectangle | Polygon, faces: Faces) -> list[np.ndarray]:
+        """Corners (k, 3) [m] of what faces a flat part over a narrow gap, a solid on either side."""
+        return faces.across(face, self.touch, self.patch_size / self.in_gap,
+                            self.n_walls if index < self.n_walls else 0)
+
+    def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray, feet,
+                facing: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs`, finer near lamps and what
+        faces it, and without what stands on it aslant (shapely's, or None)."""
+        s, t = (np.column_stack([x[:-1], x[1:]]) for x in (us, vs))
+        cells = np.concatenate([np.repeat(s, len(t), axis=0), np.tile(t, (len(s), 1))], axis=1)
+        finer = self.toward(rectangle, cells, facing)
+        if len(finer) == len(cells) and feet is None:
+            return grid(rectangle, us, vs)
+        triangles = np.zeros((0, 3, 2))
+        if feet is not None:
+            finer, triangles = cut(rectangle, finer, feet, self.patch_size, self.touch)
+        corners = np.concatenate([finer[:, [[0, 2], [1, 2], [1, 3], [0, 3]]],
+                                  triangles[:, [0, 1, 2, 2]]]).reshape(-1, 2)
+        # Cuts of neighbours meet to within rounding.
+        _, first, index = np.unique(np.round(corners, 8), axis=0, return_index=True, return_inverse=True)
+        return (rectangle.corner + corners[first] @ np.stack([rectangle.u, rectangle.v]),
+                index.reshape(-1, 4))
+
+    def grid_lines(self, rectangle: Rectangle, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where a rectangle is cut along each edge (k,), 0 to 1. edges : as from `Outlines.along`"""
+        length, width = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
+        return self.divisions(length, width, *edges), self.divisions(width, length, *edges[::-1])
+
+    def divisions(self, length: float, width: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Where a rectangle is cut along one edge (k,), 0 to 1: at what touches it, and between.
+
+        x, y : along that edge and across it, from where to where each edge of what touches it goes (2, m) [m]
+        """
+        cuts = (abs(x[0] - x[1]) < self.touch) & (y.max(axis=0) > self.touch) & (
+            y.min(axis=0) < width - self.touch)
+        inner = np.sort(x[0, cuts & (x[0] > self.touch) & (x[0] < length - self.touch)])
+        stops = [0.0]
+        for x in [*inner, length]:
+            if x - stops[-1] > self.touch:
+                stops.append(float(x))
+        stops[-1] = length
+        pieces = [np.zeros(1)]
+        for start, end in pairwise(stops):
+            n = max(1, int(np.ceil((end - start) / self.patch_size - 0.01)))
+            if len(stops) == 2 and end - start > SLENDER * self.patch_size:
+                n = max(n, round(WHOLE_EDGE / self.close))
+            even = np.linspace(0, 1, n + 1)[1:]
+            eased = (1 - GRADING) * even + GRADING * (1 - np.cos(np.pi * even)) / 2
+            pieces.append(start + (end - start) * eased)
+        return np.concatenate(pieces) / length
+
+    def toward(self, rectangle: Rectangle, cells: np.ndarray, facing: list[np.ndarray]) -> np.ndarray:
+        """Cells (m, 4) of a rectangle, s and t from and to, quartered until each is short for its distance
+        from lamps that light the rectangle and from what faces it: light varies over those distances."""
+        sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
+        axes = np.stack([rectangle.u / sides[0], rectangle.v / sides[1], rectangle.normal])
+        near = []
+        for lum in self.luminaires:
+            points = lum.center[None] if lum.outline is None else np.vstack([lum.center, lum.outline])
+            points = (points - rectangle.corner) @ axes.T
+            lit = ((rectangle.corners - lum.center) @ lum.normal).max() > self.touch
+            if points[:, 2].max() <= self.touch or (lum.forward_only and not lit):
+                continue
+            near.append((points, points, self.close, self.patch_size / NEAREST_LAMP))
+        for corners in facing:
+            local = (corners - rectangle.corner) @ axes.T
+            near.append((local.min(axis=0)[None], local.max(axis=0)[None], self.in_gap,
+                         self.patch_size / NARROWEST))
+        return graded(cells, sides, near) if near else cells
+
+    def add_triangles(self, index: int, triangles: np.ndarray) -> None:
+        if not len(triangles):
+            return
+        faces = np.arange(3 * len(triangles)).reshape(-1, 3)
+        vertices, faces = trimesh.remesh.subdivide_to_size(
+            triangles.reshape(-1, 3), faces, max_edge=2 * self.patch_size, max_iter=20)
+        corners = vertices[faces]
+        sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        faces = faces[np.linalg.norm(sides, axis=1) > self.touch**2]
+        self.add(vertices, np.column_stack([faces, faces[:, 2]]), np.full(len(faces), index), index)
+
+    def add_face(self, index: int, luminaire: Luminaire) -> tuple[np.ndarray, np.ndarray]:
+        """Add a luminaire's front; returns its vertices and patches."""
+        if luminaire.rectangle is not None:
+            rectangle = luminaire.rectangle
+            steps = [np.linspace(0, 1, 1 + int(np.ceil(np.linalg.norm(edge) / self.patch_size)))
+                     for edge in (rectangle.u, rectangle.v)]
+            vertices, patches = grid(rectangle, *steps)
+        else:
+            k = len(luminaire.outline)
+            vertices = np.vstack([luminaire.outline, luminaire.center])
+            patches = np.array([[k, i, (i + 1) % k, (i + 1) % k] for i in range(k)])
+        self.add(vertices, patches, np.full(len(patches), index), index)
+        return vertices, patches
+
+    def add_sheet(self, index: int, luminaire: Luminaire) -> None:
+        vertices, patches = self.add_face(index, luminaire)
+        triangular = patches[:, 2] == patches[:, 3]
+        back = np.where(triangular[:, None], patches[:, [0, 2, 1, 1]], patches[:, [0, 3, 2, 1]])
+        n = len(patches)
+        self.twin[-1] = np.arange(n) + self.n_patches
+        self.add(vertices, back, np.full(n, index), index, np.arange(n) - n)
+
+    def finish(self, faces: list[tuple[int, Rectangle | Polygon]], obstacles: np.ndarray,
+               blockers: np.ndarray, shell: np.ndarray) -> Mesh:
+        arrays = (np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
+                                              self.vertex_surface, self.twin))
+        mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, blockers,
+                    shell)
+        return replace(mesh, covered=covered_by_contact(mesh, faces, self.touch))
+
+
+def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs` (fractions)."""
+    vertices = (rectangle.corner + us[:, None, None] * rectangle.u
+                + vs[None, :, None] * rectangle.v).reshape(-1, 3)
+    index = np.arange(len(us) * len(vs)).reshape(len(us), len(vs))
+    patches = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)
+    return vertices, patches.reshape(-1, 4)

@@ -1,0 +1,237 @@
+"""Where surfaces stand face to face: a crate and the floor under it, a cupboard and the wall."""
+
+import numpy as np
+
+from renderer.scene.flat import Polygon
+from renderer.scene.geometry import Rectangle
+from renderer.transport.mesh.mesh import Mesh
+
+Face = Rectangle | Polygon
+
+OPPOSITE = 1e-9
+"""How far from −1 the cosine between the normals of two faces in contact may be."""
+FACING = -0.5
+"""Cosine between the normals of two faces that face each other over a gap, at the most."""
+AT_CONTACT = 0.5
+"""Cells across the line of a contact are at most so many patch sizes long."""
+THIN = 0.25
+"""A foot shorter than this many patch sizes is left to the rays: a chair's leg hides little light."""
+BOXES = 16
+"""Boxes that all cells are held against at once."""
+FEET_CORNERS = 2000
+"""Corners of all the feet that one rectangle is cut along, the largest feet first; the rest is left to the
+rays."""
+
+
+class Faces:
+    """The flat parts of the room and the solids, found by their planes.
+
+    flat : (surface, part) of each, of both kinds
+    """
+
+    def __init__(self, flat: list[tuple[int, Face]]):
+        self.faces = [face for _, face in flat]
+        self.surface = np.array([index for index, _ in flat], dtype=int)
+        self.normals = np.array([face.normal for face in self.faces]).reshape(-1, 3)
+        self.corners = np.array([_corner(face) for face in self.faces]).reshape(-1, 3)
+        boxes = np.array([[ring.min(axis=0), ring.max(axis=0)] for ring in map(_outline, self.faces)])
+        boxes = boxes.reshape(-1, 2, 3)
+        self.middles = boxes.mean(axis=1)
+        self.radii = np.linalg.norm(np.diff(boxes, axis=1)[:, 0], axis=1) / 2
+        # By coordinate, and from one of them, lest digits be scarce.
+        self.origin = self.corners[:1].sum(axis=0)
+        self.facing, self.at, self.about = (np.ascontiguousarray(each.T) for each in (
+            self.normals, self.corners - self.origin, self.middles - self.origin))
+
+    def against(self, index: int, face: Face, touch: float) -> list[list[np.ndarray]]:
+        """The rings (k, 3) [m] of each face of another surface that stands face to face in a face's plane,
+        the outer ring first."""
+        height = (_corner(face) - self.origin) @ face.normal
+        level = np.flatnonzero(np.abs(face.normal @ self.at - height) < touch)
+        facing = self.normals[level] @ face.normal < -1 + OPPOSITE
+        return [_rings(self.faces[k]) for k in level[facing & (self.surface[level] != index)]]
+
+    def across(self, face: Face, touch: float, gap: float, first: int) -> list[np.ndarray]:
+        """The outlines (k, 3) [m] of faces that a face sees over less than a gap [m], about; only of surfaces
+        from the `first` on."""
+        own = _outline(face)
+        middle = (own.min(axis=0) + own.max(axis=0)) / 2
+        radius = np.linalg.norm(np.ptp(own, axis=0)) / 2
+        before = face.normal @ self.about - (middle - self.origin) @ face.normal
+        near = np.flatnonzero((before > touch) & (before - self.radii < gap) & (self.surface >= first)
+                              & (face.normal @ self.facing < FACING))
+        apart = np.linalg.norm(self.middles[near] - middle, axis=1)
+        near = near[apart < self.radii[near] + radius + gap]
+        outlines = [_outline(self.faces[k]) for k in near]
+        heights = [(outline - _corner(face)) @ face.normal for outline in outlines]
+        return [outline for outline, height in zip(outlines, heights, strict=True)
+                if touch < height.min() < gap]
+
+
+class Outlines:
+    """The edges of rectangles, found by the planes they lie in.
+
+    corners : (n, 4, 3) [m]; own : how many of them are the room's, or mounted on it: the first ones
+    """
+
+    def __init__(self, corners: np.ndarray, own: int):
+        self.origin, self.own = corners[:1, 0].sum(axis=0), own
+        self.corners = np.ascontiguousarray(corners.reshape(-1, 3).T - self.origin[:, None])
+
+    def along(self, rectangle: Rectangle, touch: float) -> tuple[np.ndarray, np.ndarray]:
+        """The edges in a rectangle's plane, along its own two edges, from where to where (2, 2, m) [m]; and
+        which of them are the room's (m,)."""
+        corner = rectangle.corner - self.origin
+        flat = np.abs(rectangle.normal @ self.corners - corner @ rectangle.normal) < touch
+        start = np.flatnonzero(flat)
+        end = start - start % 4 + (start + 1) % 4
+        start, end = start[flat[end]], end[flat[end]]
+        axes = np.stack([rectangle.u, rectangle.v]) / _sides(rectangle)[:, None]
+        ends = np.stack([axes @ (self.corners[:, k] - corner[:, None]) for k in (start, end)], axis=1)
+        return ends, start < 4 * self.own
+
+
+def _corner(face: Face) -> np.ndarray:
+    return face.corner if isinstance(face, Rectangle) else face.origin
+
+
+def _outline(face: Face) -> np.ndarray:
+    return _rings(face)[0]
+
+
+def _rings(face: Face) -> list[np.ndarray]:
+    return [face.corners] if isinstance(face, Rectangle) else [*map(face.solid, face.rings)]
+
+
+def standing(rectangle: Rectangle, feet: list[list[np.ndarray]], every: bool, lamps: list[np.ndarray],
+             patch_size: float, touch: float):
+    """What stands on a rectangle and is to be cut out of it, as shapely's in metres along its edges; None
+    where nothing is. Aligned feet need no cutting where the grid has its lines along them.
+
+    feet : rings (k, 3) [m] of each, the outer first; every : whether aligned ones are cut out too;
+    lamps : outlines that are cut out in any case.
+    """
+    import shapely
+
+    axes = np.stack([rectangle.u, rectangle.v]) / _sides(rectangle)[:, None]
+    shapes, always = [], [shapely.Polygon((ring - rectangle.corner) @ axes.T) for ring in lamps]
+    for rings in feet:
+        flat = [(ring - rectangle.corner) @ axes.T for ring in rings]
+        steps = np.abs(np.roll(flat[0], -1, axis=0) - flat[0])
+        if (every or (steps.min(axis=1) > touch).any()) and np.ptp(flat[0], axis=0).max() > THIN * patch_size:
+            shapes.append(shapely.Polygon(flat[0], flat[1:]))
+    if not shapes and not always:
+        return None
+    whole = shapely.box(0, 0, *_sides(rectangle)).buffer(-touch)
+    shapes = sorted((s for s in shapes if s.intersects(whole)), key=lambda s: -s.area)
+    counts = np.cumsum([len(shapely.get_coordinates(s)) for s in shapes])
+    kept = [s for s, count in zip(shapes, counts, strict=True) if count <= FEET_CORNERS]
+    over = [lamp for lamp in always if lamp.intersects(whole)]
+    return shapely.union_all(over + kept) if over + kept else None
+
+
+def cut(rectangle: Rectangle, cells: np.ndarray, feet, patch_size: float,
+        touch: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cells (m, 4) of a rectangle, s and t from and to, clear of feet: those across their outline are
+    quartered until they are short, and what is left of them is cut into triangles (k, 3, 2) in s and t.
+
+    feet : from `standing`.
+    """
+    import shapely
+
+    sides, line = _sides(rectangle), feet.boundary
+    shapely.prepare(line)
+    shapely.prepare(feet)
+    while True:
+        boxes = _boxes(cells, sides)
+        crossed = shapely.intersects(boxes, line)
+        length = np.maximum((cells[:, 1] - cells[:, 0]) * sides[0], (cells[:, 3] - cells[:, 2]) * sides[1])
+        long = crossed & (length > 1.01 * AT_CONTACT * patch_size)
+        if not long.any():
+            break
+        cells = np.vstack([cells[~long], quartered(cells[long])])
+    middle = np.column_stack([cells[:, :2].mean(axis=1), cells[:, 2:].mean(axis=1)]) * sides
+    free = ~crossed & ~shapely.contains_xy(feet, *middle.T)
+    left = shapely.difference(boxes[crossed], feet, grid_size=touch / 100)
+    whole = shapely.area(left) > shapely.area(boxes[crossed]) - touch**2
+    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(left[~whole]))
+    parts = shapely.orient_polygons(parts[shapely.area(parts) > touch**2])
+    triangles = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3] / sides
+    return np.vstack([cells[free], cells[crossed][whole]]), triangles
+
+
+def _sides(rectangle: Rectangle) -> np.ndarray:
+    return np.array([np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)])
+
+
+def _boxes(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    import shapely
+
+    s, t = cells[:, :2] * sides[0], cells[:, 2:] * sides[1]
+    return shapely.box(s[:, 0], t[:, 0], s[:, 1], t[:, 1])
+
+
+def graded(cells: np.ndarray, sides: tuple[float, float], near: list[tuple]) -> np.ndarray:
+    """Cells (m, 4) of a rectangle of those sides [m], s and t from and to, quartered until each is short for
+    its distance from boxes.
+
+    near : boxes' lowest and highest corners (b, 3) [m] along the rectangle's edges and its normal; how many
+        times as long as a box is away a cell may be, and how short it need never be [m]
+    """
+    low, high = (np.concatenate([boxes[k] for boxes in near]) for k in range(2))
+    close, shortest = (np.repeat([boxes[k] for boxes in near], [len(boxes[0]) for boxes in near])
+                       for k in (2, 3))
+    level = np.maximum(np.maximum(low[:, 2], -high[:, 2]), 0.0)
+    for first in range(0, len(low), BOXES):
+        some = slice(first, first + BOXES)
+        done = []
+        while len(cells):
+            sizes, beside = [], []
+            for axis in range(2):
+                start, end = (cells[:, 2 * axis + k, None] * sides[axis] for k in range(2))
+                sizes.append(end - start)
+                beside.append(np.maximum(np.maximum(start - high[some, axis], low[some, axis] - end), 0.0))
+            away = np.sqrt(beside[0]**2 + beside[1]**2 + level[some]**2)
+            limit = np.maximum(close[some] * away, shortest[some]).min(axis=1)
+            long = np.maximum(*sizes)[:, 0] > 1.01 * limit
+            done.append(cells[~long])
+            cells = quartered(cells[long])
+        cells = np.vstack(done)
+    return cells
+
+
+def quartered(cells: np.ndarray) -> np.ndarray:
+    """Each cell (m, 4), s and t from and to, divided into four (4m, 4)."""
+    a, b, c, d = cells.T
+    s, t = (a + b) / 2, (c + d) / 2
+    return np.concatenate([np.column_stack(quarter) for quarter in (
+        (a, s, c, t), (s, b, c, t), (s, b, t, d), (a, s, t, d))])
+
+
+def covered_by_contact(mesh: Mesh, faces: list[tuple[int, Face]], touch: float) -> np.ndarray:
+    """Which patches lie wholly in another surface's face (n_patches,): face to face with it, as a crate
+    and the floor, or a second time where an earlier surface already is.
+
+    faces : (surface, flat part) of the room and the solids.
+    """
+    covered = np.zeros(len(mesh.patches), dtype=bool)
+    middle = np.ascontiguousarray(mesh.corners.mean(axis=1).T - mesh.middle[:, None])
+    shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
+    # Luminaires come after: their faces stand in a wall's.
+    last = max((index for index, _ in faces), default=-1)
+    for index, face in faces:
+        height = (_corner(face) - mesh.middle) @ face.normal
+        near = np.flatnonzero(np.abs(face.normal @ middle - height) < touch)
+        near = near[(mesh.surface[near] != index) & (mesh.twin[near] < 0) & ~covered[near]]
+        facing, offset = mesh.normal[near] @ face.normal, shrunk[near] - _corner(face)
+        level = (np.abs(offset @ face.normal) < touch).all(axis=1)
+        again = (facing > 1 - OPPOSITE) & (mesh.surface[near] > index) & (mesh.surface[near] <= last)
+        asked = level & ((facing < -1 + OPPOSITE) | again)
+        asked, offset = near[asked], offset[asked]
+        if isinstance(face, Rectangle):
+            s = offset @ face.u / (face.u @ face.u)
+            t = offset @ face.v / (face.v @ face.v)
+            covered[asked] = ((s > 0) & (s < 1) & (t > 0) & (t < 1)).all(axis=1)
+        elif len(asked):
+            covered[asked] = face.contains(shrunk[asked]).all(axis=1)
+    return covered

@@ -1,0 +1,163 @@
+"""Patches: flat pieces of the surfaces, each one unknown of the radiosity equation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from renderer.system.lazy import cached_property
+from renderer.transport.mesh.edge_lines import Lines, lines_of
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Flat patches, each a parallelogram or a triangle.
+
+    vertices : (n_vertices, 3) [m]; a vertex belongs to one flat part, so it has one normal
+    patches : (n_patches, 4) indices, counter-clockwise seen from the front; a triangle repeats
+        its last vertex
+    surface : (n_patches,) index into Scene.surfaces
+    vertex_surface : (n_vertices,) likewise
+    twin : (n_patches,) the patch on the other side of a sheet (a luminaire in mid-air), else -1
+    covered : (n_patches,) lies face to face on another surface, or again where one already is
+    obstacles : (m, 8, 3) corners of boxes around whatever stands in the room [m]
+    blockers : (k, 3, 3) triangles of whatever can stand between two places in the room, undivided [m]
+    shell : (k, 3, 3) the room's whole surface as triangles, normals inward [m]
+    """
+
+    vertices: np.ndarray
+    patches: np.ndarray
+    surface: np.ndarray
+    vertex_surface: np.ndarray
+    twin: np.ndarray
+    covered: np.ndarray
+    obstacles: np.ndarray
+    blockers: np.ndarray
+    shell: np.ndarray
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """Lowest and highest corner of the room (2, 3) [m]."""
+        return np.array([self.shell.min(axis=(0, 1)), self.shell.max(axis=(0, 1))])
+
+    @cached_property
+    def scale(self) -> float:
+        """The room's longest side [m], what tolerances are relative to."""
+        return float(np.ptp(self.bounds, axis=0).max())
+
+    @cached_property
+    def middle(self) -> np.ndarray:
+        """The room's middle (3,) [m]: coordinates are counted from it where digits are scarce."""
+        return self.bounds.mean(axis=0)
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Corners of each patch (n_patches, 4, 3) [m]."""
+        return self.vertices[self.patches]
+
+    @cached_property
+    def triangular(self) -> np.ndarray:
+        """Which patches are triangles (n_patches,)."""
+        return self.patches[:, 2] == self.patches[:, 3]
+
+    @cached_property
+    def u(self) -> np.ndarray:
+        """First edge of each patch (n_patches, 3) [m]."""
+        return self.corners[:, 1] - self.corners[:, 0]
+
+    @cached_property
+    def v(self) -> np.ndarray:
+        """Last edge, from the same corner (n_patches, 3) [m]."""
+        return self.corners[:, 3] - self.corners[:, 0]
+
+    @cached_property
+    def area(self) -> np.ndarray:
+        """Area of each patch (n_patches,) [m²]."""
+        cross = np.linalg.norm(np.cross(self.u, self.v), axis=1)
+        return np.where(self.triangular, cross / 2, cross)
+
+    @cached_property
+    def size(self) -> float:
+        """Edge of a patch [m]: the root of its area, in the mean over all places of the room: where a few
+        small patches are about lamps, the large ones count."""
+        return float(np.sqrt(self.area @ self.area / self.area.sum()))
+
+    @cached_property
+    def normal(self) -> np.ndarray:
+        """Unit normal of each patch (n_patches, 3)."""
+        cross = np.cross(self.u, self.v)
+        return cross / np.linalg.norm(cross, axis=1)[:, None]
+
+    @cached_property
+    def centroid(self) -> np.ndarray:
+        """Middle of each patch (n_patches, 3) [m]."""
+        return self.at(np.arange(len(self.patches)), *self.middle_st.T)
+
+    @cached_property
+    def middle_st(self) -> np.ndarray:
+        """Coordinates (s, t) of each patch's middle (n_patches, 2)."""
+        return np.where(self.triangular[:, None], 1 / 3, 1 / 2) * np.ones(2)
+
+    @cached_property
+    def around_vertices(self) -> sparse.csr_array:
+        """The mean over the patches around each vertex (n_vertices, n_patches); its rows sum to 1."""
+        corners = 4 - self.triangular
+        patch = np.repeat(np.arange(len(self.patches)), corners)
+        vertex = self.patches[np.arange(4) < corners[:, None]]
+        count = np.bincount(vertex, minlength=len(self.vertices))
+        return sparse.coo_array((1 / count[vertex], (vertex, patch)),
+                                shape=(len(self.vertices), len(self.patches))).tocsr()
+
+    @cached_property
+    def lines(self) -> Lines:
+        """The lines that the patches' edges lie on."""
+        return lines_of(self.in_room(self.vertices), self.patches)
+
+    def in_room(self, points: np.ndarray) -> np.ndarray:
+        """Points (k, 3) [m] in units of the room, from its middle, so that no square is too small or too
+        large for single precision."""
+        return (points - self.middle) / self.scale
+
+    def at(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Points corner + s u + t v of the patches (k, 3) [m]; s and t from 0 to 1."""
+        return np.stack([corner[patch] + s * u[patch] + t * v[patch]
+                         for corner, u, v in zip(self.corners[:, 0].T, self.u.T, self.v.T, strict=True)],
+                        axis=-1)
+
+    def spread(self, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
+        """Points all over patches (k,), evenly, (k, …, 3) from points of the unit square (k, …, 2)."""
+        patch = patch.reshape(-1, *[1] * (square.ndim - 2))
+        return self.at(patch, *self._folded(patch, square))
+
+    def within(self, patch: np.ndarray, corners: np.ndarray, square: np.ndarray) -> list[np.ndarray]:
+        """Places all over pieces of patches (k,), as s and t (k, n), from points of a unit square (k, n, 2).
+
+        corners : (k, 4, 2) of the pieces, as s and t
+        """
+        p, q = self._folded(patch[:, None], square)
+        return [a[:, None] + p * (b - a)[:, None] + q * (d - a)[:, None] for a, b, _, d in corners.T]
+
+    def _folded(self, patch: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the unit square, of triangles those past the diagonal turned back into them."""
+        s, t = square[..., 0], square[..., 1]
+        fold = self.triangular[patch] & (s + t > 1)
+        return np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)
+
+    def inside(self, patch: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The (s, t) of points on the patches' planes."""
+        u, v, offset = self.u[patch], self.v[patch], points - self.corners[patch, 0]
+        uu, uv, vv = _dot(u, u), _dot(u, v), _dot(v, v)
+        ou, ov = _dot(offset, u), _dot(offset, v)
+        det = uu * vv - uv * uv
+        return (ou * vv - ov * uv) / det, (ov * uu - ou * uv) / det
+
+    def weights(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Linear interpolation between a patch's four vertices (k, 4); its rows sum to 1."""
+        s, t = np.clip(s, 0, 1), np.clip(t, 0, 1)
+        quad = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
+        triangle = np.stack([1 - s - t, s, t, np.zeros_like(s)], axis=-1)
+        return np.where(self.triangular[patch][:, None], triangle, quad)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("...i,...i->...", a, b)

@@ -1,0 +1,183 @@
+"""Luminaires on a surface of the room, and those that stand just off one."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.scene.flat import Parts, Polygon
+from renderer.scene.geometry import Rectangle
+from renderer.scene.luminaires import Luminaire, moved
+from renderer.scene.scene import Scene
+
+COPLANAR = 1e-7
+"""Distance from a plane, relative to the room's longest side, that counts as touching it."""
+MOUNTED = 0.005
+"""A luminaire this near to the face behind it, relative to its shorter side, is mounted on it:
+the little light that would enter the gap is left out, its face covers that part of the surface."""
+SUNK = 0.005
+"""Share of a measured luminaire's light that may go into the surface it lies on; more is refused."""
+SHEET_OFF = 2e-5
+"""How far a luminaire that is not mounted stands off a wall, relative to the longest side."""
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """Where a luminaire covers part of a surface of the room.
+
+    face : the luminaire, moved into that surface's plane; surface : its index in Scene.surfaces
+    cut_out : whether its outline is cut out of what it is on, else it is some of the cells of
+        rectangles that it is aligned with
+    """
+
+    face: Luminaire
+    surface: int
+    cut_out: bool
+
+    @property
+    def outline(self) -> np.ndarray:
+        """Its corners (k, 3) [m] in the surface's plane."""
+        return self.face.outline
+
+    def on(self, corner: np.ndarray, normal: np.ndarray, touch: float) -> bool:
+        """Whether it lies in the plane through `corner` (3,) that faces along `normal` (3,)."""
+        return bool(self.face.normal @ normal > 1 - 1e-12
+                    and abs((self.outline[0] - corner) @ normal) < touch)
+
+
+def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | None:
+    """Where a luminaire is mounted on a surface of the room, if all of it is."""
+    if luminaire.outline is None:
+        return None
+    if luminaire.rectangle is None:
+        near = MOUNTED * 2 * np.linalg.norm(luminaire.outline[0] - luminaire.center)
+    else:
+        near = MOUNTED * min(np.linalg.norm(luminaire.rectangle.u), np.linalg.norm(luminaire.rectangle.v))
+    for parts in scene.room.surfaces.values():
+        gap, cut_out = _gap_to(parts, luminaire, near, COPLANAR * scene.room.scale)
+        if gap is not None:
+            return Mounting(moved(luminaire, -gap * luminaire.normal), surface, cut_out)
+    return None
+
+
+def _gap_to(parts: Parts, luminaire: Luminaire, near: float, touch: float) -> tuple[float | None, bool]:
+    """Distance [m] to the flat parts of a surface that lie behind the whole of a luminaire, or None; and
+    whether it must be cut out of them."""
+    covered, gap = 0.0, None
+    for face in parts.rectangles:
+        height = (luminaire.center - face.corner) @ face.normal
+        if (luminaire.rectangle is not None and luminaire.normal @ face.normal > 1 - 1e-12
+                and -touch <= height <= near and _aligned(luminaire.rectangle, face)):
+            covered += _overlap(luminaire.rectangle, face)
+            gap = height
+    if covered > (1 - 1e-6) * luminaire.area:
+        return gap, False
+    import shapely
+
+    under = []
+    for face in (*parts.rectangles, *parts.polygons):
+        rectangular = isinstance(face, Rectangle)
+        height = (luminaire.center - (face.corner if rectangular else face.origin)) @ face.normal
+        if luminaire.normal @ face.normal > 1 - 1e-12 and -touch <= height <= near:
+            axes = np.stack([luminaire.outline[0] - luminaire.center, np.zeros(3)])
+            axes[1] = np.cross(luminaire.normal, axes[0])
+            axes /= np.linalg.norm(axes, axis=1)[:, None]
+            rings = [face.corners] if rectangular else [*map(face.solid, face.rings)]
+            outer, *holes = [(ring - luminaire.center) @ axes.T for ring in rings]
+            under.append(shapely.Polygon(outer, holes).buffer(touch))
+            gap = height
+    if under:
+        lamp = shapely.Polygon((luminaire.outline - luminaire.center) @ axes.T)
+        if shapely.union_all(under).covers(lamp):
+            return gap, True
+    return None, False
+
+
+def _aligned(lamp: Rectangle, face: Rectangle) -> bool:
+    return min(np.linalg.norm(np.cross(lamp.u, edge)) / np.linalg.norm(edge)
+               for edge in (face.u, face.v)) < COPLANAR * np.linalg.norm(lamp.u)
+
+
+def _overlap(lamp: Rectangle, face: Rectangle) -> float:
+    """Area [m²] of a rectangle behind another that is aligned with it."""
+    area = 1.0
+    for edge in (lamp.u, lamp.v):
+        length = np.linalg.norm(edge)
+        along = (face.corners - lamp.corner) @ edge / length
+        area *= max(0.0, min(along.max(), length) - max(along.min(), 0.0))
+    return area
+
+
+def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
+    """A luminaire in a wall's plane but not mounted on it (it juts out over an edge), moved off
+    it by more than the rays' tolerance, so that it is a sheet before the wall."""
+    if luminaire.outline is None or mounting(scene, luminaire, 0) is not None:
+        return luminaire
+    shift, off = np.zeros(3), SHEET_OFF * scene.room.scale
+    for parts in scene.room.surfaces.values():
+        for face in (*parts.rectangles, *parts.polygons):
+            gap = _lowest(luminaire, face, off)
+            if gap is None:
+                continue
+            if luminaire.normal @ face.normal < -1 + 1e-9:
+                raise InputError(f"{scene.path}: luminaires {luminaire.name!r} faces the surface it lies on, "
+                                 "so none of its light enters the room. Turn its normal round.")
+            # Rectangles of one plane move it once.
+            shift += max(0.0, off - gap - shift @ face.normal) * face.normal
+    return moved(luminaire, shift)
+
+
+def _lowest(luminaire: Luminaire, face: Rectangle | Polygon, off: float) -> float | None:
+    """Height of a luminaire's lowest corner over a face that it touches, or None."""
+    corner = face.corner if isinstance(face, Rectangle) else face.origin
+    height = (luminaire.outline - corner) @ face.normal
+    if not -off < height.min() < off:
+        return None
+    import shapely
+
+    if isinstance(face, Rectangle):
+        axes = np.stack([face.u / np.linalg.norm(face.u), face.v / np.linalg.norm(face.v)])
+        shape = shapely.box(0, 0, np.linalg.norm(face.u), np.linalg.norm(face.v))
+        flat = (luminaire.outline - corner) @ axes.T
+    else:
+        flat, shape = face.flat(luminaire.outline), face.shape
+    foot = shapely.MultiPoint(flat[height < off]).convex_hull
+    return float(height.min()) if foot.distance(shape) < off else None
+
+
+def seated(scene: Scene, luminaire: Luminaire) -> Luminaire:
+    """A measured luminaire without the face of its opening that touches a surface of the room, from which
+    no light comes. Raises InputError where its light goes into the surface that it lies on."""
+    if luminaire.distribution is None:
+        return luminaire
+    edges = [np.linalg.norm(edge) for face in luminaire.opening for edge in (face.u, face.v)]
+    smallest = min(edges, default=0.0)
+    touch = max(MOUNTED * smallest, SHEET_OFF * scene.room.scale)
+    kept = list(luminaire.opening)
+    for name, parts in scene.room.surfaces.items():
+        for face in (*parts.rectangles, *parts.polygons):
+            if _over(luminaire.center, face, touch):
+                sunk = luminaire.share_into(-face.normal)
+                if sunk > SUNK:
+                    raise InputError(f"{scene.path}: luminaires {luminaire.name!r} lies on {name!r}, into "
+                                     f"which {sunk * luminaire.lumens:.4g} of its {luminaire.lumens:.4g} lm "
+                                     "would go. Hang it a few centimetres lower, or give a file without "
+                                     "that light.")
+            kept = [part for part in kept if part.normal @ face.normal > -1 + 1e-9
+                    or not _over(luminaire.center + part.middle, face, touch)]
+    if len(kept) == len(luminaire.opening) or len(luminaire.opening) == 2:
+        return luminaire
+    return replace(luminaire, opening=tuple(kept))
+
+
+def _over(point: np.ndarray, face: Rectangle | Polygon, touch: float) -> bool:
+    """Whether a point (3,) lies on a flat part of the room, to within `touch` [m]."""
+    import shapely
+
+    corner = face.corner if isinstance(face, Rectangle) else face.origin
+    if not -touch < (point - corner) @ face.normal < touch:
+        return False
+    if isinstance(face, Polygon):
+        return bool(face.shape.distance(shapely.Point(face.flat(point[None])[0])) < touch)
+    along = [(point - corner) @ edge / (edge @ edge) for edge in (face.u, face.v)]
+    return all(-1e-9 <= x <= 1 + 1e-9 for x in along)

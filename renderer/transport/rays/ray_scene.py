@@ -1,0 +1,211 @@
+"""What a ray meets: the only user of Embree, whose numbers are in single precision.
+
+The scene is moved to its middle and scaled to unit size in float64 before it is cast, so tolerances
+are relative and a room of 1 mm or 10 km, or one far from the origin, behaves alike.
+"""
+
+from dataclasses import dataclass
+from threading import Lock
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from renderer.scene.scene import STAND_OFF
+from renderer.system.threads import CHUNK, in_threads
+from renderer.transport.mesh.mesh import Mesh
+
+PROBE_POINTS, PROBE_RAYS = 5, 9
+"""Points on a patch beside its corners, and rays from each, that tell whether it is covered up."""
+COVERED_BY_COVERED = 4
+"""How many crates may stand on each other with all their contacts recognised."""
+
+NOTHING, INSIDE = -1, -2
+"""What a ray met when it met no patch: nothing at all, or the back of a surface (it started
+inside a solid or outside the room)."""
+
+
+@dataclass
+class RayScene:
+    """Rays through the patches of one mesh. `rays` counts those cast.
+
+    Patches that are covered up (a crate's foot and the floor under it) are left out: two surfaces
+    in one place would be met in either order. `exposed` (n_patches,) tells which remain.
+    """
+
+    mesh: Mesh
+    rays: int = 0
+
+    def __post_init__(self):
+        self._counting = Lock()
+        mesh = self.mesh
+        self._between = _embree(self._cast(mesh.blockers))
+        lengths = (each / mesh.scale for each in (mesh.corners[:, 0] - mesh.middle, mesh.u, mesh.v))
+        self._spans = np.array([each.T for each in (*lengths, mesh.normal)], dtype=np.float32)
+        self.exposed = ~self.mesh.covered
+        self._build()
+        for _ in range(COVERED_BY_COVERED):
+            covered = self._covered()
+            if not covered.any():
+                break
+            self.exposed[covered] = False
+            self._build()
+
+    def _covered(self) -> np.ndarray:
+        """Exposed patches of which every probed point is inside a solid or outside the room."""
+        patch = np.flatnonzero(self.exposed)
+        # Most patches are told by their middle alone.
+        patch = patch[self._all_inside(patch, self.mesh.centroid[patch][:, None])]
+        # The corners, a little inward, and some places between: a convex foot that covers the
+        # corners covers all.
+        middle = self.mesh.centroid[patch][:, None]
+        corners = self.mesh.corners[patch] + 1e-3 * (middle - self.mesh.corners[patch])
+        square = np.random.default_rng(0).random((len(patch), PROBE_POINTS, 2))
+        points = np.concatenate([corners, self.mesh.spread(patch, square)], axis=1)
+        covered = np.zeros(len(self.exposed), dtype=bool)
+        covered[patch] = self._all_inside(patch, points)
+        return covered
+
+    def _all_inside(self, patch: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Whether all of the points (k, n, 3) on each patch are inside a solid or outside the room (k,)."""
+        normals = np.repeat(self.mesh.normal[patch], points.shape[1], axis=0)
+        inside = self.inside_solid(self.off(points.reshape(-1, 3), normals), normals)
+        return inside.reshape(points.shape[:2]).all(axis=1)
+
+    def inside_solid(self, origins: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Whether points off their surface are inside a solid or outside the room (k,).
+
+        From there most rays meet the back of a surface, or nothing; not all do, since a covered part
+        of the floor and of the wall behind one cupboard may face each other.
+        """
+        inside = np.empty(len(origins), dtype=bool)
+
+        def work(start: int, stop: int) -> None:
+            part = slice(start, stop)
+            # Into the half space before the surface, all angles alike.
+            ball = np.random.default_rng(start).normal(size=(len(origins[part]), PROBE_RAYS, 3))
+            directions = ball / np.linalg.norm(ball, axis=-1, keepdims=True)
+            directions += 1.01 * normals[part, None]
+            met = self.first_hit(np.repeat(origins[part], PROBE_RAYS, axis=0),
+                                 directions.reshape(-1, 3))
+            inside[part] = (met.reshape(-1, PROBE_RAYS) < 0).mean(axis=1) > 0.5
+
+        in_threads(work, len(origins), CHUNK // PROBE_RAYS)
+        return inside
+
+    def _build(self) -> None:
+        mesh = self.mesh
+        front = np.flatnonzero(
+            self.exposed & ((mesh.twin < 0) | (np.arange(len(mesh.twin)) < mesh.twin)))
+        corners = self._cast(mesh.vertices)[mesh.patches[front]]
+        quads = np.flatnonzero(~mesh.triangular[front])
+        triangles = np.concatenate([corners[:, :3], corners[quads][:, [0, 2, 3]]])
+        patch = np.concatenate([front, front[quads]])
+        twin = mesh.twin[patch]
+        self._normal = mesh.normal[patch].astype(np.float32)
+        self._of_face = np.concatenate([patch, np.where(twin >= 0, twin, INSIDE)])  # fronts, then backs
+        self._patches = _embree(triangles)
+
+    def _cast(self, points: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray((points - self.mesh.middle) / self.mesh.scale, dtype=np.float32)
+
+    def _count(self, n: int) -> None:
+        with self._counting:
+            self.rays += n
+
+    def first_hit(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """The patch that each ray meets first (k,), or NOTHING, or INSIDE.
+
+        origins : (k, 3) [m], already off their surface; directions : (k, 3), any length.
+        """
+        n = len(origins)
+        patch = np.full(n, NOTHING, dtype=np.int64)
+        if self._patches is None:
+            return patch
+
+        def work(start: int, stop: int) -> None:
+            d = np.ascontiguousarray(directions[start:stop], dtype=np.float32)
+            hit = self._patches[0].run(self._cast(origins[start:stop]), d, query="INTERSECT")
+            behind = np.einsum("ij,ij->i", d, self._normal.take(hit, axis=0, mode="clip")) > 0
+            found = self._of_face.take(hit + len(self._normal) * behind, mode="clip")
+            patch[start:stop] = np.where(hit >= 0, found, NOTHING)
+
+        in_threads(work, n)
+        self._count(n)
+        return patch
+
+    def clear(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """Whether nothing stands between points off their surface (k, …, 3) and their targets (k, …)."""
+        free = np.empty(np.broadcast_shapes(origins.shape, targets.shape)[:-1], dtype=bool)
+
+        def work(start: int, stop: int) -> None:
+            a, b = self._cast(origins[start:stop]), self._cast(targets[start:stop])
+            reach = b - a
+            free[start:stop] = self._free(a, reach, np.einsum("...i,...i->...", reach, reach))
+
+        in_threads(work, len(free), max(1, CHUNK * len(free) // max(1, free.size)))
+        return free
+
+    def _free(self, origins: np.ndarray, reach: np.ndarray, distance2: np.ndarray) -> np.ndarray:
+        """Whether nothing stands between origins (…, 3), already cast, and what lies `reach` (…, 3) away;
+        distance2 : (…) the square of that. `reach` is written over."""
+        self._count(distance2.size)
+        if self._between is None:
+            return np.ones(distance2.shape, dtype=bool)
+        reach *= np.maximum(1 - 2 * STAND_OFF / np.sqrt(np.maximum(distance2, 1e-30)), 0)[..., None]
+        origins = np.ascontiguousarray(np.broadcast_to(origins, reach.shape)).reshape(-1, 3)
+        ahead = np.ones(distance2.size, dtype=np.float32)
+        met = self._between[0].run(origins, reach.reshape(-1, 3), ahead, query="OCCLUDED")
+        return (met != 0).reshape(distance2.shape)
+
+    def between(self, first: np.ndarray, second: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, ...]:
+        """What rays between points all over pairs of patches (k,) bring, as by `exchanged` but for a factor;
+        and what of it gets past what stands between; both (k, rays).
+
+        square : (4, k, rays) points of the unit hypercube, in single precision as all that is done here
+        """
+        s, t, p, q = square
+        for patch, one, other in ((first, s, t), (second, p, q)):
+            _fold(self.mesh.triangular[patch], one, other)
+        origins, reach = np.empty((*s.shape, 3), s.dtype), np.empty((*s.shape, 3), s.dtype)
+        distance2, ahead, back = np.full_like(s, 1e-18), np.zeros_like(s), np.zeros_like(s)
+        ours, theirs = (self._spans.take(patch, axis=2)[..., None] for patch in (first, second))
+        for k in range(3):
+            (corner, u, v, normal), (other, along, across, facing) = ours[:, k], theirs[:, k]
+            at = s * u
+            at += t * v
+            at += corner + STAND_OFF * normal
+            origins[..., k] = at
+            to = p * along
+            to += q * across
+            to += other
+            to -= at
+            reach[..., k] = to
+            ahead += to * normal
+            back -= to * facing
+            to *= to
+            distance2 += to
+        worth = np.maximum(ahead, 0, out=ahead) * np.maximum(back, 0, out=back)
+        worth /= distance2 * distance2
+        return worth, worth * self._free(origins, reach, distance2)
+
+    def off(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Points (k, 3) lifted off their surface so that rays may start there."""
+        return points + STAND_OFF * self.mesh.scale * normals
+
+
+def _fold(triangular: np.ndarray, s: np.ndarray, t: np.ndarray) -> None:
+    """Turn points of the unit square (k, rays) on triangles back into them."""
+    rows = np.flatnonzero(triangular)
+    if len(rows):
+        one, other = s[rows], t[rows]
+        past = one + other > 1
+        s[rows], t[rows] = np.where(past, 1 - one, one), np.where(past, 1 - other, other)
+
+
+def _embree(triangles: np.ndarray) -> tuple[EmbreeScene, TriangleMesh] | None:
+    """Embree's scene of triangles (k, 3, 3), and what keeps them; None of none."""
+    if not len(triangles):
+        return None
+    scene, faces = EmbreeScene(), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    return scene, TriangleMesh(scene, triangles.reshape(-1, 3), faces)

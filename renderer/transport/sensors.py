@@ -1,0 +1,154 @@
+"""Readings and pictures as linear functions of the light on the surfaces.
+
+Whatever looks at a room, a pixel or a photometer, adds up radiosity from places on patches, each
+with a weight. Direct light there is computed exactly, with its shadows; indirect light is
+interpolated between vertices. The sum depends on geometry alone until reflectances and fluxes are
+put in, so one sensor serves every material and every band.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from renderer.system.threads import in_threads
+from renderer.transport.direct.direct import SHADOW_RAYS, direct_at
+from renderer.transport.rays.sampling import Nets
+from renderer.transport.transport import Transport
+
+EYE_RAYS_PER_SLICE = 1 << 14
+"""Rays from an eye followed at once."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Rows of weights (one a pixel or photometer) on the light that leaves the surfaces.
+
+    direct : (rows, n_surfaces · n_luminaires) [m⁻²] per unit reflectance and lumen
+    indirect : (rows, n_vertices) on the indirect light that each vertex reflects
+    means : (rows, n_patches) on the indirect light that each patch reflects on average
+    """
+
+    direct: sparse.csr_array
+    indirect: sparse.csr_array
+    means: sparse.csr_array
+
+    @property
+    def about_means(self) -> bool:
+        """Whether indirect light is what patches say, and vertices only how it varies across them."""
+        return self.means.nnz > 0
+
+    def direct_radiosity(self, reflectance: np.ndarray, flux: np.ndarray) -> np.ndarray:
+        """Weighted sum of direct light reflected once (rows, n_bands).
+
+        reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands).
+        """
+        once = reflectance[:, None, :] * flux[None, :, :]
+        return self.direct @ once.reshape(-1, once.shape[-1])
+
+    def indirect_radiosity(self, vertex_radiosity: np.ndarray,
+                           patch_radiosity: np.ndarray | None = None) -> np.ndarray:
+        """Weighted sum of light reflected more than once (rows, n_bands).
+
+        vertex_radiosity : (n_vertices, n_bands); patch_radiosity : (n_patches, n_bands), where the
+        sensor keeps the patches' means.
+        """
+        smooth = self.indirect @ vertex_radiosity
+        return smooth if patch_radiosity is None else smooth + self.means @ patch_radiosity
+
+
+def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndarray, seed: int,
+              rays: int = SHADOW_RAYS, parts: int = 1, around: np.ndarray | None = None) -> np.ndarray:
+    """Illuminance per lumen at points (s, t) on patches (parts, k, n_luminaires) [m⁻²], in independent
+    samples; 0 on luminaires.
+
+    around : (k, 4, 2) corners, as s and t, of what a point stands for: its shadow is then that of places all
+    over this.
+    """
+    mesh = transport.mesh
+    bright = transport.reflecting[patch]
+    light = np.zeros((parts, len(patch), len(transport.luminaires)))
+    patch, s, t = patch[bright], s[bright], t[bright]
+    normals, seeds, more = mesh.normal[patch], (transport.seed, 4, seed), {}
+    if around is not None and transport.ray_scene is not None:
+        around = around[bright]
+        square = Nets(parts, 2, (transport.seed, 10, seed)).draw(0, len(patch))
+        places = mesh.at(patch[:, None], *mesh.within(patch, around, square))
+        more = {"origins": transport.ray_scene.off(places, normals[:, None]),
+                "around": mesh.at(patch[:, None], around[..., 0], around[..., 1])}
+    light[:, bright] = direct_at(mesh.at(patch, s, t), normals, transport.luminaires, transport.ray_scene,
+                                 seeds, rays, parts=parts, **more)
+    return light
+
+
+def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray,
+          t: np.ndarray, weight: np.ndarray, per_lumen: np.ndarray, conserving: bool = False) -> list[Sensor]:
+    """The sensors that add up `weight` × radiosity at points (s, t) on patches, by row: one for each of
+    `parts` samples of the weights.
+
+    row, patch, s, t : (k,); weight : (parts, k); per_lumen : (parts, k, n_luminaires), from `direct_on`.
+    conserving : indirect light is interpolated about each patch's mean, so that a patch as a whole
+        sends what it received; else between vertices alone, so that pictures show no seams.
+    """
+    mesh, n_luminaires = transport.mesh, len(transport.luminaires)
+    bright = np.flatnonzero(transport.reflecting[patch])
+    order = bright[np.argsort(row[bright], kind="stable")]
+    row, patch, s, t = (x[order] for x in (row, patch, s, t))
+    weight, per_lumen = weight[:, order, None], per_lumen[:, order]
+    corners = mesh.weights(patch, s, t)
+    if conserving:
+        corners = corners - mesh.weights(patch, *mesh.middle_st[patch].T)
+    # Points on one patch, one after the other, are added up beforehand.
+    first = np.flatnonzero((np.diff(row, prepend=-1) != 0) | (np.diff(patch, prepend=-1) != 0))
+    patch, ends = patch[first], np.concatenate([[0], np.cumsum(np.bincount(row[first], minlength=n_rows))])
+
+    def gathered(values: np.ndarray, columns: np.ndarray, width: int) -> list[sparse.csr_array]:
+        each = np.add.reduceat(values, first, axis=1) if len(first) else values
+        return [sparse.csr_array((part.ravel(), columns.ravel(), columns.shape[1] * ends),
+                                 shape=(n_rows, width)) for part in each]
+
+    columns = mesh.surface[patch][:, None] * n_luminaires + np.arange(n_luminaires)
+    direct = gathered(weight * per_lumen, columns, transport.n_surfaces * n_luminaires)
+    indirect = gathered(weight * corners, mesh.patches[patch], len(mesh.vertices))
+    means = [sparse.csr_array((n_rows, len(mesh.patches)))] * len(weight)
+    if conserving:
+        means = gathered(weight, patch[:, None], len(mesh.patches))
+    return [Sensor(*each) for each in zip(direct, indirect, means, strict=True)]
+
+
+def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
+    """What an eye (3,) sees along directions (k, 3): patch (k,) or a negative number, and (s, t)."""
+    mesh, n = transport.mesh, len(directions)
+    patch, s, t = np.empty(n, dtype=np.int64), np.empty(n), np.empty(n)
+
+    def work(start: int, stop: int) -> None:
+        part, toward = slice(start, stop), directions[start:stop]
+        patch[part] = transport.eye.first_hit(np.broadcast_to(eye, toward.shape), toward)
+        found = np.maximum(patch[part], 0)
+        normal = mesh.normal[found]
+        slope = np.einsum("ki,ki->k", toward, normal)
+        height = np.einsum("ki,ki->k", mesh.corners[found, 0] - eye, normal)
+        reach = height / np.where(slope == 0, 1.0, slope)
+        s[part], t[part] = mesh.inside(found, eye + reach[:, None] * toward)
+
+    in_threads(work, n, EYE_RAYS_PER_SLICE)
+    return patch, np.clip(s, 0, 1), np.clip(t, 0, 1)
+
+
+def emitted(transport: Transport, n: int, row: np.ndarray, surface: np.ndarray, weight: np.ndarray,
+            away: np.ndarray) -> sparse.csr_array:
+    """Radiosity per lumen that each row sees of luminaires' faces (n, n_luminaires) [m⁻²]: π times the
+    luminance toward it.
+
+    row, surface, weight : (k,); away : (k, 3) unit, from each surface to the eye.
+    """
+    rows, values, columns = [], [], []
+    for face, k in transport.faces:
+        seen = np.flatnonzero(surface == face)
+        rows.append(row[seen])
+        values.append(np.pi * weight[seen] * transport.luminaires[k].luminance(away[seen]))
+        columns.append(np.full(len(seen), k))
+    if not rows:
+        return sparse.csr_array((n, len(transport.luminaires)))
+    return sparse.coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+                            shape=(n, len(transport.luminaires))).tocsr()
