@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.transport.direct.aim import aimed, spread
+from renderer.radiometry.polygons import exchanged, polygon_factors
 from renderer.transport.direct.direct import visible_share
-from renderer.transport.factors.contour import exchanged, polygon_factors
 from renderer.transport.mesh.build import build_mesh
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
@@ -34,11 +33,11 @@ def test_points_stand_for_areas_that_add_up_to_the_faces_light(room, lamp, below
 
     # Nets err by less than independent points, by the spread of what these bring over √n; what they bring is
     # at most some four times its mean.
-    aside = error(*aimed(luminaire, places[:, None], square))
+    aside = error(*luminaire.aimed(places[:, None], square))
     assert aside.max() < 4 / np.sqrt(RAYS)
     assert np.sqrt((aside**2).mean()) < 1 / np.sqrt(RAYS)
     if below < 0.01:
-        assert np.median(error(spread(luminaire, square), luminaire.area)) > 0.5
+        assert np.median(error(luminaire.spread(square), luminaire.area)) > 0.5
 
 
 def test_eight_rays_between_blades_under_a_large_face_are_right_in_the_mean(room):

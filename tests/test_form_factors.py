@@ -6,7 +6,8 @@ from exact import FORM_FACTORS, parallel_rectangles, perpendicular_rectangles, p
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from renderer.transport.factors.contour import HORIZON, exchange_areas, point_factors, polygon_factors
+from renderer.radiometry.polygons import HORIZON, exchange_areas, polygon_factors
+from renderer.transport.factors.contour import point_factors
 from renderer.transport.factors.hemisphere_rays import cast, count
 from renderer.transport.factors.pair_rays import contour_exchange
 from renderer.transport.mesh.build import build_mesh

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parent.parent / "renderer"
-ORDER = ["errors", "system", "colour", "scene", "transport.mesh", "transport.rays", "transport.factors",
-         "transport.direct", "transport.radiosity", "transport.transport", "transport.sensors", "readings",
+ORDER = ["errors", "system", "colour", "radiometry", "scene", "transport.mesh", "transport.rays",
+         "transport.factors", "transport.direct", "transport.radiosity", "transport.transport",
+         "transport.sensors", "readings",
          "solving.plan", "solving.transport_store", "solving.radiosity_field", "solving.mesh_sequence",
          "solving.solution", "solving.measure", "solving.refine", "solving.pilot_solve", "solving.forecast",
          "records", "pictures", "studies", "cli.terminal", "cli.options", "cli"]

@@ -8,12 +8,11 @@ from photometric import ies, ldt
 from random_rooms import compare_with_finer
 
 import renderer
+from renderer.radiometry.polygons import polygon_factors
 from renderer.scene.photometric.files import read_photometry
 from renderer.scene.reading import packaged_scenes
 from renderer.studies.luminaire import record_of
 from renderer.transport.direct.direct import unoccluded
-from renderer.transport.direct.openings import measured_flux
-from renderer.transport.factors.contour import polygon_factors
 from renderer.transport.mesh.build import build_mesh
 from renderer.transport.mesh.mounting import seated
 
@@ -24,7 +23,7 @@ UPWARD = np.clip(-np.cos(np.radians(DEGREE)), 0, None)
 CHORDS = 1e-4
 """A cosine in steps of 1° is 2.5e-5 less between them; quadrature leaves about as much."""
 SHARP = 1e-3
-"""What two Gauss points leave at the kinks of a coarse table (renderer/transport/direct/openings.py)."""
+"""What two Gauss points leave at the kinks of a coarse table (renderer/radiometry/quadrature.py)."""
 
 
 @pytest.fixture
@@ -132,9 +131,7 @@ def test_all_lumens_arrive_on_the_surfaces(lit, text, suffix, keys):
     scene = lit(text, suffix, **keys)
     lum = seated(scene, scene.luminaires[0])
     mesh = build_mesh(scene, [lum], 1.0)
-    arrived = measured_flux(
-        mesh, np.arange(len(mesh.patches)), lum, lambda p, n: unoccluded(p, n, [lum])[:, 0]
-    )
+    arrived = lum.share_on(mesh, np.arange(len(mesh.patches)))
     # With height, the foot of each side face on the ceiling or near a wall is where two points see least.
     assert arrived.sum() == pytest.approx(1, abs=SHARP * (1 if len(lum.opening) == 2 else 3))
 

@@ -7,10 +7,10 @@ from conftest import PANEL
 from exact import point_to_parallel
 
 import renderer
+from renderer.radiometry.polygons import polygon_factors
 from renderer.readings import photometer
 from renderer.readings.photometer import _elements, make_meter, place
 from renderer.solving.transport_store import TransportStore
-from renderer.transport.factors.contour import polygon_factors
 from renderer.transport.rays.ray_scene import STAND_OFF
 
 UP = [0, 0, 1]

@@ -10,7 +10,6 @@ from scipy.stats import chi2
 
 import renderer
 from renderer.scene.reading import load
-from renderer.transport.direct.aim import spread
 from renderer.transport.direct.direct import may_be_shadowed
 from renderer.transport.factors import pair_rays
 from renderer.transport.factors.exchange import balance
@@ -177,7 +176,7 @@ def test_nothing_stands_between_a_lamp_and_what_it_is_said_to_light_whole(tmp_pa
         plain = outside & ~alone
         to = np.broadcast_to(luminaire.center, points[plain].shape)
         if luminaire.outline is not None:
-            to = spread(luminaire, random.random((len(to), 2)))
+            to = luminaire.spread(random.random((len(to), 2)))
         start = ray_scene.off(points[plain], normals[plain])
         lit = ((to - start) * normals[plain]).sum(axis=1) > 0
         if luminaire.forward_only:

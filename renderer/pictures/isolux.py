@@ -122,8 +122,8 @@ def _draw_room(axes, scene: Scene, grid: Grid, axes_of: np.ndarray) -> None:
             label = None
     label = "luminaire"
     for lum in scene.luminaires if plan else ():
-        outline = lum.center[None] if lum.outline is None else np.vstack([lum.outline, lum.outline[:1]])
-        style = {"marker": "x", "ls": ""} if lum.outline is None else {"ls": "--", "lw": 1.2}
+        outline = np.vstack([lum.corners, lum.corners[:1]])
+        style = {"marker": "x", "ls": ""} if lum.is_point else {"ls": "--", "lw": 1.2}
         axes.plot(*_flat(outline, grid, axes_of).T, color="#c22", zorder=6, label=label, **style)
         label = None
 

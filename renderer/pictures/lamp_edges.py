@@ -8,7 +8,7 @@ or not, and need no light, are cheap.
 import numpy as np
 
 from renderer.pictures.pinhole import Pinhole
-from renderer.scene.luminaires import Luminaire
+from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.transport import Transport
 

@@ -6,9 +6,8 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.readings.uncertainty import Figure, half_width
-from renderer.scene.luminaires import Luminaire
+from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.room import spelt
-from renderer.transport.direct.aim import spread
 from renderer.transport.rays.sampling import REPLICAS, Nets
 from renderer.transport.transport import Transport
 
@@ -117,9 +116,7 @@ def _parts(transport: Transport, lum: Luminaire, lumens: float, index: int, eye:
     """Luminance toward the eye [cd/m²], solid angle [sr], 0 where hidden, and position index of points all
     over a luminaire, in independent parts (REPLICAS, POINTS)."""
     square = Nets(POINTS, 2, (transport.seed, 8, index), REPLICAS).draw(0, 1).reshape(REPLICAS, POINTS, 2)
-    points = np.broadcast_to(lum.center, (*square.shape[:2], 3))
-    if lum.outline is not None:
-        points = spread(lum, square)
+    points = lum.spread(square)
     sight = points - eye
     distance = np.linalg.norm(sight, axis=-1)
     away = -sight / distance[..., None]
@@ -137,7 +134,7 @@ def _parts(transport: Transport, lum: Luminaire, lumens: float, index: int, eye:
 
 def _notes(lum: Luminaire, solid_angle: float) -> list[str]:
     """What to know of a source for which the rating was not made."""
-    if lum.outline is None:
+    if lum.is_point:
         return [f"is a point: rated by its intensity, as if of {SMALL_AREA} m² (CIE 147)"]
     if not SMALLEST <= solid_angle <= LARGEST:
         return [f"fills {solid_angle:.2g} sr; UGR was made for {SMALLEST} to {LARGEST} sr"]

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.errors import InputError
+from renderer.radiometry.polygons import HORIZON, exchanged, polygon_factors
 from renderer.readings.uncertainty import half_width
 from renderer.scene import room as room_shell
-from renderer.scene.luminaires import Luminaire
 from renderer.system.threads import in_threads
 from renderer.transport.direct.direct import direct_at
-from renderer.transport.factors.contour import HORIZON, exchanged, polygon_factors
 from renderer.transport.factors.shafts import may_be_hidden
 from renderer.transport.rays.ray_scene import STAND_OFF
 from renderer.transport.rays.sampling import Nets
@@ -64,7 +63,7 @@ def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where:
                          "nothing. Turn its normal round.")
     refuse_inside(transport, spot.origin, where, position)
     for lum in transport.luminaires:
-        if lum.outline is None and np.linalg.norm(position - lum.center) < 1e-6 * transport.mesh.scale:
+        if lum.is_point and np.linalg.norm(position - lum.center) < 1e-6 * transport.mesh.scale:
             raise InputError(f"{where}: position {_short(position)} is on the point luminaire "
                              f"{lum.name!r}, where illuminance has no limit. Move one of them.")
     return spot
@@ -254,27 +253,10 @@ def _near_a_lamp(transport: Transport, patch: np.ndarray, world: np.ndarray) -> 
     size = np.linalg.norm(world - middle[:, None], axis=2).max(axis=1)
     slack = 1e-9 * transport.mesh.scale
     for lum in transport.luminaires:
-        away = middle - lum.center
-        if lum.outline is None:
-            lit = np.einsum("ki,ki->k", away, normal) < -slack
-            near |= lit & (size > NEAR_LAMP * np.linalg.norm(away, axis=1))
-            continue
-        lit = ((world - lum.center) @ lum.normal > slack).any(axis=1) | (not lum.forward_only)
         # Where a face touches a wall its light is bounded: no finer than a hundredth of the face.
-        near |= lit & (size > np.maximum(NEAR_LAMP * _distance(lum, away), 0.01 * np.sqrt(lum.area)))
+        near |= lum.may_light(world, normal, slack) & (
+            size > np.maximum(NEAR_LAMP * lum.distance(middle - lum.center), 0.01 * np.sqrt(lum.area)))
     return near
-
-
-def _distance(lum: Luminaire, away: np.ndarray) -> np.ndarray:
-    """Distance [m] from a flat luminaire's face to points at `away` (k, 3) from its centre."""
-    along = away @ lum.normal
-    if lum.rectangle is None:
-        radius = np.linalg.norm(lum.outline[0] - lum.center)
-        beside = np.linalg.norm(away - along[:, None] * lum.normal, axis=1) - radius
-        return np.hypot(along, np.maximum(beside, 0.0))
-    over = [np.maximum(np.abs(away @ edge) / np.linalg.norm(edge) - np.linalg.norm(edge) / 2, 0.0)
-            for edge in (lum.rectangle.u, lum.rectangle.v)]
-    return np.sqrt(along**2 + over[0] ** 2 + over[1] ** 2)
 
 
 def _quarters(corners: np.ndarray, triangular: np.ndarray) -> np.ndarray:

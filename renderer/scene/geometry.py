@@ -33,6 +33,15 @@ class Rectangle:
         return self.corner + np.array([0 * self.u, self.u, self.u + self.v, self.v])
 
 
+def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs` (fractions)."""
+    vertices = (rectangle.corner + us[:, None, None] * rectangle.u
+                + vs[None, :, None] * rectangle.v).reshape(-1, 3)
+    index = np.arange(len(us) * len(vs)).reshape(len(us), len(vs))
+    patches = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)
+    return vertices, patches.reshape(-1, 4)
+
+
 def object_mesh(shape: str | None, size, position, rotation: float,
                 mesh: Path | None = None, scale: float = 1.0, up: str = "z",
                 where: str = "") -> trimesh.Trimesh:

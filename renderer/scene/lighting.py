@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from renderer.colour.lamps import correlated, illuminant
 from renderer.colour.spectrum import Spectrum, read_lamp
 from renderer.errors import InputError
-from renderer.scene.luminaires import Luminaire, make_luminaires
+from renderer.scene.luminaires.luminaire import Luminaire
+from renderer.scene.luminaires.make import make_luminaires
 from renderer.scene.photometric.files import read_photometry
 from renderer.scene.room import Room, refuse_outside
 from renderer.scene.schema import LuminaireTable
@@ -30,7 +29,7 @@ def resolve_luminaires(tables: list[LuminaireTable], room: Room,
         except ValueError as error:
             raise InputError(f"{where}: {error}.") from None
         for luminaire in made:
-            for point in _extremes(luminaire):
+            for point in luminaire.extremes:
                 refuse_outside(room, point, f"{where} {luminaire.name!r} reaches", "Move or shrink it")
         luminaires += made
         lamps += [_lamp(table, path, where)] * len(made)
@@ -44,14 +43,3 @@ def _lamp(table: LuminaireTable, path: Path, where: str) -> Spectrum:
     if Path(name).suffix.lower() not in (".csv", ".spdx"):
         return illuminant(name, f"{where}.spectrum")
     return read_lamp(path.parent / name, f"{where}.spectrum")
-
-
-def _extremes(luminaire: Luminaire) -> np.ndarray:
-    """Points (k, 3) [m] along a luminaire's edge: its ends may be in two arms of a room and it not; and on
-    the outer faces of its opening."""
-    if luminaire.outline is None:
-        return luminaire.center[None]
-    part = np.arange(8)[:, None, None] / 8
-    rim = (1 - part) * luminaire.outline + part * np.roll(luminaire.outline, -1, axis=0)
-    outer = [luminaire.center + face.middle for face in luminaire.opening]
-    return np.concatenate([rim.reshape(-1, 3), np.reshape(outer, (-1, 3))])

@@ -14,7 +14,7 @@ from renderer.colour.nodes import luminous_at_1_nm, nodes_for_lamps
 from renderer.colour.spectrum import Spectrum
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.grids import Grid
-from renderer.scene.luminaires import Luminaire
+from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.room import Room
 from renderer.scene.schema import CameraTable, ObserverTable, PhotometerTable, SolverTable, SpotMeterTable
 from renderer.system.lazy import cached_property
@@ -77,7 +77,7 @@ class Scene:
     @property
     def faces(self) -> list[Luminaire]:
         """The luminaires that have a face."""
-        return [lum for lum in self.luminaires if lum.outline is not None]
+        return [lum for lum in self.luminaires if not lum.is_point]
 
     def band_set(self, name: str) -> BandSet:
         """The band set of that name; "rgb-prefiltered" and "6" are made for this scene's lamps."""
@@ -107,12 +107,7 @@ class Scene:
         for solid in self.solids:
             parts += [solid.mesh.vertices, solid.mesh.faces]
         for lum in self.luminaires:
-            parts += [lum.center, lum.normal, np.array(lum.lambertian),
-                      lum.center if lum.outline is None else lum.outline]
-            if lum.distribution is not None:
-                table = lum.distribution
-                parts += [table.azimuth, table.polar, table.candela, np.array(table.tilted), lum.axes]
-                parts += [np.array([f.middle, f.u, f.v]) for f in lum.opening]
+            parts += lum.geometry
         digest = hashlib.sha256()
         for part in parts:
             digest.update(repr((part.shape, str(part.dtype))).encode() + part.tobytes())

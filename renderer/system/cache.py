@@ -129,7 +129,8 @@ def _digest(data) -> bytes:
 def code() -> str:
     """What the arrays depend on beside their key: this program's geometry and transport, and its packages."""
     package = Path(__file__).parent.parent
-    sources = sorted([*package.glob("scene/**/*.py"), *package.glob("transport/**/*.py"),
+    folders = "radiometry", "scene", "transport"
+    sources = sorted([*(path for folder in folders for path in package.glob(f"{folder}/**/*.py")),
                       package / "system" / "threads.py"])
     versions = [version(name) for name in ("numpy", "scipy", "embreex", "trimesh", "shapely")]
     texts = [path.read_text(encoding="utf-8") for path in sources]

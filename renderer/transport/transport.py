@@ -11,13 +11,14 @@ from functools import partial
 import numpy as np
 
 from renderer.errors import InputError
-from renderer.scene.luminaires import Luminaire
+from renderer.radiometry.polygons import HORIZON
+from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.room import Room
 from renderer.scene.scene import Scene
 from renderer.system.cache import Arrays
 from renderer.system.lazy import cached_property
 from renderer.transport.direct.direct import direct_on_patches
-from renderer.transport.factors.contour import HORIZON, point_factors
+from renderer.transport.factors.contour import point_factors
 from renderer.transport.factors.exchange import Exchange, from_arrays
 from renderer.transport.factors.hemisphere_rays import (
     Rows,
@@ -227,7 +228,7 @@ class Transport:
     @property
     def faces(self) -> list[tuple[int, int]]:
         """The surface that is a luminaire's face, and which luminaire's, of all that have one."""
-        shown = [k for k, lum in enumerate(self.luminaires) if lum.outline is not None]
+        shown = [k for k, lum in enumerate(self.luminaires) if not lum.is_point]
         return list(enumerate(shown, self.n_surfaces - len(shown)))
 
     def _vertex_points(self) -> tuple[np.ndarray, np.ndarray]:

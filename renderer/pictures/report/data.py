@@ -68,7 +68,7 @@ def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
         "shining": _sparse(lamps.joined(_exitance(transport)), pack),
         "groups": len(lamps.first),
         "luminaires": [{"name": lum.name, "center": (lum.center - mesh.middle).tolist(),
-                        "outline": None if lum.outline is None else (lum.outline - mesh.middle).tolist()}
+                        "outline": None if lum.is_point else (lum.outline - mesh.middle).tolist()}
                        for lum in transport.luminaires],
     }
 

@@ -130,7 +130,7 @@ class Window:
         normals = normals / np.linalg.norm(normals, axis=1)[:, None]
         meters = self._inside([p.position for p in scene.photometers]) + FRONT * normals
         self.meters = meters
-        bare = self._inside([lum.center for lum in scene.luminaires if lum.outline is None])
+        bare = self._inside([lum.center for lum in scene.luminaires if lum.is_point])
         for points, colour in ((meters, "white"), (bare, "yellow")):
             if len(points):
                 self._points(points, colour)

@@ -95,11 +95,11 @@ def hand_over(scene: Scene) -> Handover:
         if lum.distribution is not None:
             raise InputError(f"{scene.path}: luminaires {lum.name!r} is from a photometric file, which the "
                              "peers are not given. Leave it out.")
-        outline = lum.outline
-        if outline is None and not lum.lambertian:
+        if lum.is_point and not lum.lambertian:
             points.append(Point(units(lum.center), flux / (4 * np.pi) * scale**2))
             continue
-        if outline is None:
+        outline = lum.corners
+        if lum.is_point:
             outline = _tiny_square(lum.center, lum.normal, TINY * scene.room.scale)
         face = units(outline) + LIFT * MAX_EDGE * lum.normal
         radiance = flux * scale**2 / (np.pi * _area(face))

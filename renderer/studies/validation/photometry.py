@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from renderer.radiometry.polygons import exchange_areas, polygon_factors
 from renderer.readings.photometer import make_meter
 from renderer.solving.solution import Solution, solve
 from renderer.solving.transport_store import TransportStore
 from renderer.studies.validation.cases import PANEL, Case, box_room, solid
-from renderer.transport.factors.contour import exchange_areas, polygon_factors
 from renderer.transport.radiosity.solve import radiosity
 from renderer.transport.transport import compute_transport
 

@@ -2,11 +2,8 @@
 
 import numpy as np
 
-from renderer.scene.luminaires import Luminaire
+from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.system.threads import CHUNK, in_threads
-from renderer.transport.direct.aim import aimed
-from renderer.transport.direct.openings import measured_flux, through_opening
-from renderer.transport.factors.contour import exchange_areas, exchanged, polygon_factors
 from renderer.transport.factors.exchange import Exchange
 from renderer.transport.factors.shafts import SLACK, reaches
 from renderer.transport.mesh.mesh import Mesh
@@ -19,9 +16,6 @@ so many independent parts."""
 BRIGHT, MOST = 256, 5
 """A patch has twice the points for each time that its share of a luminaire's light doubles past 1 in so many,
 so often at most: what all of them miss together is then small, and they are few."""
-FAR_PATCH_SHARE = 1 / 64
-"""A patch whose diagonal is below this share of its distance to a luminaire has its light from its
-middle: light that falls as 1/d² over that distance has a mean within 6/24 · (1/64)² of it, 6e-5."""
 POINTS_PER_SLICE = 1 << 15
 """Rays to a luminaire worked on at once: what stays in the cache."""
 POINTS_SEEN_TOGETHER = 32
@@ -36,18 +30,7 @@ def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminai
     """Illuminance per lumen (k, n_luminaires) [lx/lm = m⁻²], nothing standing between."""
     factors = np.zeros((len(points), len(luminaires)))
     for index, lum in enumerate(luminaires):
-        if lum.opening:
-            factors[:, index] = through_opening(points, normals, lum)
-            continue
-        if lum.outline is not None:
-            corners = np.broadcast_to(lum.outline, (len(points), *lum.outline.shape))
-            factors[:, index] = polygon_factors(points, normals, corners) / lum.area
-            continue
-        away = points - lum.center
-        distance2 = np.maximum(np.einsum("ki,ki->k", away, away), 1e-300)
-        away /= np.sqrt(distance2)[:, None]
-        incidence = np.clip(-np.einsum("ki,ki->k", away, normals), 0, None)
-        factors[:, index] = incidence * lum.intensity(away) / distance2
+        factors[:, index] = lum.illuminance(points, normals)
     return factors
 
 
@@ -60,7 +43,7 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
     `parts` independent nets. What few rays say is biased as that weight varies, so they are aimed.
     """
     each = points if points.ndim > 2 else points[:, None]
-    if luminaire.outline is None:
+    if luminaire.is_point:
         clear = ray_scene.clear(each, np.broadcast_to(luminaire.center, each.shape)).T
         return np.broadcast_to(clear.astype(float), (parts, len(points)))
     nets = Nets(rays, 2, seed, parts)
@@ -72,8 +55,8 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
         for first in range(start, stop, few):
             part = slice(first, min(first + few, stop))
             origins = each[part] if each.shape[1] == 1 else np.repeat(each[part], rays, axis=1)
-            targets, stands = aimed(luminaire, origins, square[part.start - start:part.stop - start])
-            weight = stands * _worth(origins, normals[part, None], luminaire, targets)
+            targets, stands = luminaire.aimed(origins, square[part.start - start:part.stop - start])
+            weight = stands * luminaire.brought(origins, normals[part, None], targets)
             past = weight * ray_scene.clear(origins, targets)
             past, total = (np.einsum("kpr->pk", w.reshape(-1, parts, rays)) for w in (past, weight))
             share[:, part] = past / np.where(total > 0, total, 1.0)
@@ -82,24 +65,12 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
     return share
 
 
-def _worth(places: np.ndarray, normals: np.ndarray, luminaire: Luminaire, targets: np.ndarray) -> np.ndarray:
-    """What light from points (k, n, 3) all over a luminaire brings to places (k, 1 or n, 3) of these normals
-    (k, 1, 3), but for a factor."""
-    if luminaire.lambertian:
-        return exchanged(places, normals, targets, luminaire.normal)
-    reach = targets - places
-    distance = np.sqrt(np.maximum(np.einsum("kni,kni->kn", reach, reach), 1e-200))
-    incidence = np.einsum("kni,ki->kn", reach, normals[:, 0]).clip(0)
-    return incidence * luminaire.intensity(-reach / distance[..., None]) / distance**3
-
-
 def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
                     boxes: np.ndarray) -> np.ndarray:
     """Whether some box (m, 8, 3) reaches between any of a group of points (k, c, 3), on the front of their
     tangent plane, and the luminaire (k,), each in a box along the room's axes. Where it is False no shadow
     ray is needed."""
-    outline = luminaire.center[None] if luminaire.outline is None else luminaire.outline
-    lamp = np.array([outline.min(axis=0), outline.max(axis=0)])
+    lamp = np.array([luminaire.corners.min(axis=0), luminaire.corners.max(axis=0)])
     boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)])
     # A sheet does not stand in the way of its own light.
     boxes = boxes[:, ~(boxes == lamp[:, None]).all(axis=(0, 2))].transpose(0, 2, 1)
@@ -197,57 +168,13 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
 
 def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
     """Share of a luminaire's lumens that each patch would receive if nothing stood between (k,)."""
-    if lum.distribution is not None:
-        return measured_flux(mesh, patch, lum, lambda at, normals: unoccluded(at, normals, [lum])[:, 0])
-    corners = mesh.corners[patch]
-    # A tilted face lies in its own plane to within rounding.
-    slack = 1e-12 * mesh.scale
-    front = np.einsum("ki,ki->k", lum.center - mesh.centroid[patch], mesh.normal[patch]) > slack
-    if lum.outline is None:
-        if not lum.lambertian:
-            return np.where(front, _solid_angles(corners - lum.center) / (4 * np.pi), 0.0)
-        center, normal = (np.broadcast_to(x, (len(patch), 3)) for x in (lum.center, lum.normal))
-        return polygon_factors(center, normal, corners)
-    height = (corners - lum.center) @ lum.normal
-    side = (lum.outline[None] - mesh.centroid[patch, None]) @ mesh.normal[patch][:, :, None]
-    flux = np.zeros(len(patch))
-    whole = (height >= -slack).all(axis=1) & (side[..., 0] >= -slack).all(axis=1) & front
-    flux[whole] = _lit_whole(mesh, patch[whole], lum)
-    # The luminaire's plane cuts these patches, or theirs cuts it: point by point.
-    part = np.flatnonzero(~whole & (height > slack).any(axis=1) & (side[..., 0] > slack).any(axis=1))
-    if len(part):
-        points, normals = _points_on(mesh, patch[part], seed, REPLICAS)
-        at = unoccluded(points, normals, [lum]).reshape(len(part), -1)
-        flux[part] = at.mean(axis=1) * mesh.area[patch[part]]
+    flux = lum.share_on(mesh, patch)
+    sampled = np.flatnonzero(np.isnan(flux))
+    if len(sampled):
+        points, normals = _points_on(mesh, patch[sampled], seed, REPLICAS)
+        light = lum.illuminance(points, normals).reshape(len(sampled), -1)
+        flux[sampled] = light.mean(axis=1) * mesh.area[patch[sampled]]
     return flux
-
-
-def _lit_whole(mesh: Mesh, patch: np.ndarray, lum: Luminaire) -> np.ndarray:
-    """Share of a flat luminaire's lumens on patches wholly before it, as it is before them (k,)."""
-    away = mesh.centroid[patch] - lum.center
-    radius = np.linalg.norm(lum.outline - lum.center, axis=1).max()
-    distance = np.maximum(away @ lum.normal, np.linalg.norm(away, axis=1) - radius)  # at the least
-    far = np.linalg.norm(mesh.corners[patch, 2] - mesh.corners[patch, 0], axis=1) < FAR_PATCH_SHARE * distance
-    outline = np.broadcast_to(lum.outline, (len(patch), *lum.outline.shape))
-    flux = np.empty(len(patch))
-    flux[~far] = exchange_areas(mesh.corners[patch[~far]], outline[~far])
-    flux[far] = mesh.area[patch[far]] * polygon_factors(mesh.centroid[patch[far]], mesh.normal[patch[far]],
-                                                        outline[far])
-    return flux / lum.area
-
-
-def _solid_angles(corners: np.ndarray) -> np.ndarray:
-    """Solid angles (k,) [sr] of quadrilaterals (k, 4, 3) seen from the origin (van Oosterom and
-    Strackee, IEEE Trans. Biomed. Eng. 30, 1983)."""
-    total = 0.0
-    for second, third in ((1, 2), (2, 3)):
-        a, b, c = corners[:, 0], corners[:, second], corners[:, third]
-        la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
-        triple = np.abs((np.cross(a, b) * c).sum(axis=1))
-        below = (la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la
-                 + (c * a).sum(axis=1) * lb)
-        total = total + 2 * np.arctan2(triple, below)
-    return total
 
 
 def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene, seed,

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from renderer.radiometry.polygons import HORIZON, exchange_areas
 from renderer.system.threads import in_threads
-from renderer.transport.factors.contour import HORIZON, exchange_areas, point_factors
+from renderer.transport.factors.contour import point_factors
 from renderer.transport.factors.exchange import Exchange, balance, reciprocity
 from renderer.transport.factors.hemisphere_rays import PROBE_RAYS, Openness, probed
 from renderer.transport.factors.shafts import doubtful_pairs

@@ -7,8 +7,8 @@ import numpy as np
 import trimesh
 
 from renderer.scene.flat import Polygon
-from renderer.scene.geometry import Rectangle
-from renderer.scene.luminaires import Luminaire
+from renderer.scene.geometry import Rectangle, grid
+from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.room import Room
 from renderer.scene.scene import Scene
 from renderer.transport.mesh.contacts import Faces, Outlines, covered_by_contact, cut, graded, standing
@@ -45,7 +45,7 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
     """
     every = [*scene.room.surfaces.values(), *(solid.parts for solid in scene.solids)]
     mountings, sheets = [], []
-    for index, luminaire in enumerate((lum for lum in luminaires if lum.outline is not None), len(every)):
+    for index, luminaire in enumerate((lum for lum in luminaires if not lum.is_point), len(every)):
         found = mounting(scene, luminaire, index)
         if found is not None:
             mountings.append(found)
@@ -235,7 +235,7 @@ class _Builder:
         axes = np.stack([rectangle.u / sides[0], rectangle.v / sides[1], rectangle.normal])
         near = []
         for lum in self.luminaires:
-            points = lum.center[None] if lum.outline is None else np.vstack([lum.center, lum.outline])
+            points = np.vstack([lum.center, lum.corners])
             points = (points - rectangle.corner) @ axes.T
             lit = ((rectangle.corners - lum.center) @ lum.normal).max() > self.touch
             if points[:, 2].max() <= self.touch or (lum.forward_only and not lit):
@@ -260,15 +260,7 @@ class _Builder:
 
     def add_face(self, index: int, luminaire: Luminaire) -> tuple[np.ndarray, np.ndarray]:
         """Add a luminaire's front; returns its vertices and patches."""
-        if luminaire.rectangle is not None:
-            rectangle = luminaire.rectangle
-            steps = [np.linspace(0, 1, 1 + int(np.ceil(np.linalg.norm(edge) / self.patch_size)))
-                     for edge in (rectangle.u, rectangle.v)]
-            vertices, patches = grid(rectangle, *steps)
-        else:
-            k = len(luminaire.outline)
-            vertices = np.vstack([luminaire.outline, luminaire.center])
-            patches = np.array([[k, i, (i + 1) % k, (i + 1) % k] for i in range(k)])
+        vertices, patches = luminaire.body.divided(self.patch_size)
         self.add(vertices, patches, np.full(len(patches), index), index)
         return vertices, patches
 
@@ -287,12 +279,3 @@ class _Builder:
         mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, blockers,
                     shell)
         return replace(mesh, covered=covered_by_contact(mesh, faces, self.touch))
-
-
-def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs` (fractions)."""
-    vertices = (rectangle.corner + us[:, None, None] * rectangle.u
-                + vs[None, :, None] * rectangle.v).reshape(-1, 3)
-    index = np.arange(len(us) * len(vs)).reshape(len(us), len(vs))
-    patches = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)
-    return vertices, patches.reshape(-1, 4)

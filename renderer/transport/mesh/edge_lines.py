@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-HORIZON = 2e-9
-"""Heights above a point's tangent plane below this, relative to the room, count as in the plane."""
+from renderer.radiometry.polygons import HORIZON
+
 SAME_LINE = 10
 """Decimals, in units of the room, that edges of one line share."""
 

@@ -7,7 +7,8 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, Polygon
 from renderer.scene.geometry import Rectangle
-from renderer.scene.luminaires import Luminaire, moved
+from renderer.scene.luminaires.luminaire import Luminaire
+from renderer.scene.luminaires.measured import Measured
 from renderer.scene.scene import Scene
 
 COPLANAR = 1e-7
@@ -47,16 +48,13 @@ class Mounting:
 
 def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | None:
     """Where a luminaire is mounted on a surface of the room, if all of it is."""
-    if luminaire.outline is None:
+    if luminaire.is_point:
         return None
-    if luminaire.rectangle is None:
-        near = MOUNTED * 2 * np.linalg.norm(luminaire.outline[0] - luminaire.center)
-    else:
-        near = MOUNTED * min(np.linalg.norm(luminaire.rectangle.u), np.linalg.norm(luminaire.rectangle.v))
+    near = MOUNTED * luminaire.body.width
     for parts in scene.room.surfaces.values():
         gap, cut_out = _gap_to(parts, luminaire, near, COPLANAR * scene.room.scale)
         if gap is not None:
-            return Mounting(moved(luminaire, -gap * luminaire.normal), surface, cut_out)
+            return Mounting(luminaire.moved(-gap * luminaire.normal), surface, cut_out)
     return None
 
 
@@ -111,7 +109,7 @@ def _overlap(lamp: Rectangle, face: Rectangle) -> float:
 def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
     """A luminaire in a wall's plane but not mounted on it (it juts out over an edge), moved off
     it by more than the rays' tolerance, so that it is a sheet before the wall."""
-    if luminaire.outline is None or mounting(scene, luminaire, 0) is not None:
+    if luminaire.is_point or mounting(scene, luminaire, 0) is not None:
         return luminaire
     shift, off = np.zeros(3), SHEET_OFF * scene.room.scale
     for parts in scene.room.surfaces.values():
@@ -124,7 +122,7 @@ def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
                                  "so none of its light enters the room. Turn its normal round.")
             # Rectangles of one plane move it once.
             shift += max(0.0, off - gap - shift @ face.normal) * face.normal
-    return moved(luminaire, shift)
+    return luminaire.moved(shift)
 
 
 def _lowest(luminaire: Luminaire, face: Rectangle | Polygon, off: float) -> float | None:
@@ -148,7 +146,7 @@ def _lowest(luminaire: Luminaire, face: Rectangle | Polygon, off: float) -> floa
 def seated(scene: Scene, luminaire: Luminaire) -> Luminaire:
     """A measured luminaire without the face of its opening that touches a surface of the room, from which
     no light comes. Raises InputError where its light goes into the surface that it lies on."""
-    if luminaire.distribution is None:
+    if not isinstance(luminaire, Measured):
         return luminaire
     edges = [np.linalg.norm(edge) for face in luminaire.opening for edge in (face.u, face.v)]
     smallest = min(edges, default=0.0)
