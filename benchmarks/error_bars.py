@@ -30,7 +30,7 @@ def main(rooms: int = 200, accuracy: float = 0.05) -> None:
             except (renderer.InputError, renderer.SolveError) as error:
                 print(f"room {seed}: refused: {error}", flush=True)
                 continue
-            results["furnished" if scene.solids else "empty"] += rows
+            results["furnished" if scene.bodies else "empty"] += rows
             said = "  ".join(f"{100 * error:+.3f} ± {100 * bar:.3f}" for error, bar in rows)
             print(f"room {seed:3}  error ± bar, %:  {said}", flush=True)
     results["all"] = results["empty"] + results["furnished"]

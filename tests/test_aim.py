@@ -79,7 +79,7 @@ def test_a_louvres_blades_take_what_rays_from_the_lamp_meet(room):
     transport = renderer.solve(scene, "rgb", 0.05).transport
     brought = transport.exchange.areas * transport.direct[:, 0]
     share = np.bincount(transport.mesh.surface, brought, transport.n_surfaces)
-    names = np.array(scene.surfaces)
+    names = np.array(scene.surface_names)
     # Three standard deviations of the rays' count, and as much of the patches' own.
     allowed = 3 * np.sqrt(0.25 / n) * np.sqrt(2)
     assert share[names == "floor"].sum() == pytest.approx(floor.mean(), abs=allowed)

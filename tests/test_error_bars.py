@@ -150,7 +150,7 @@ def test_a_room_asked_for_very_finely_has_as_many_rays_as_memory_holds():
     scene = renderer.load("furnished_room")
     for patch_size in (None, 0.02, 0.011):
         plan = make_plan(scene, 0.0001, patch_size)
-        patches = (scene.room.area + sum(solid.mesh.area for solid in scene.solids)) / plan.patch_size**2
+        patches = (scene.room.area + sum(body.mesh.area for body in scene.bodies)) / plan.patch_size**2
         assert plan.rays * patches <= MAX_RAYS
 
 
@@ -188,7 +188,7 @@ def test_a_surface_that_a_coarser_mesh_has_not_is_known_to_all_of_itself_at_best
     crate = {"shape": "box", "name": "crate", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
     solution = renderer.solve(room(0.5, objects=[crate]), "rgb", 0.05)
     other = solution.mesh_sequence.meshes[1].transport
-    other.exchange.areas[other.mesh.surface == solution.scene.surfaces.index("crate")] = 0.0
+    other.exchange.areas[other.mesh.surface == solution.scene.surface_names.index("crate")] = 0.0
     found = {figure.name: figure for figure in surface_luminances(solution)}
     assert np.isfinite([figure.uncertainty for figure in found.values()]).all()
     assert found["crate"].uncertainty > 0.5 * found["crate"].value

@@ -124,7 +124,7 @@ def test_a_datasets_patches_have_places_names_and_units(room):
     assert {name: data[name].attrs["units"] for name in ("illuminance", "luminance", "area", "x")} == {
         "illuminance": "lx", "luminance": "cd m-2", "area": "m2", "x": "m"}
     by_surface = data.illuminance.groupby("surface").mean()
-    assert set(by_surface.surface.values) == set(solution.scene.surfaces)
+    assert set(by_surface.surface.values) == set(solution.scene.surface_names)
     assert (data.z.where(data.surface == "floor", 0) == 0).all()
     assert (data.z.where(data.surface == "ceiling", 3) == 3).all()
     # A meter in the middle of a patch reads what the patch receives: the patch is small, so to 2 %.

@@ -159,7 +159,7 @@ def test_a_meter_in_a_penumbra_reads_what_the_open_part_of_the_lamp_gives(room):
              "rotation": 31.0, "material": "black"}
     scene = room(0.0, objects=[plate])
     solution = renderer.solve(scene, "rgb", 0.05)
-    (lamp,), box = solution.transport.luminaires, scene.solids[0].mesh.vertices
+    (lamp,), box = solution.transport.luminaires, scene.bodies[0].mesh.vertices
     lit = []
     for x in np.linspace(3.0, 1.0, 9):
         eye = np.array([x, 1.0, 0.0])

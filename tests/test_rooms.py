@@ -204,7 +204,7 @@ def test_a_lamp_may_lie_across_two_rectangles_of_a_ceiling(outlined):
     # The ceiling of the L is cut at y = 3; of a box's it is one rectangle.
     scene = outlined(L, panel([1, 3, 2.7]))
     solution = renderer.solve(scene, bands="rgb", accuracy=0.05)
-    lamp = solution.transport.mesh.surface == scene.surfaces.index("luminaire")
+    lamp = solution.transport.mesh.surface == scene.surface_names.index("luminaire")
     assert solution.transport.mesh.area[lamp].sum() == pytest.approx(1.0, rel=1e-12)
     assert solution.transport.mesh.twin.max() == -1  # mounted: no sheet in the room
 

@@ -158,7 +158,7 @@ def test_a_mesh_becomes_an_object(tmp_path, suffix):
     path = tmp_path / "room.toml"
     path.write_text(GREY + f'\n[[objects]]\nmesh = "crate.{suffix}"\nscale = 0.01\n'
                     'position = [1, 1, 0]\nmaterial = "grey"\n')
-    solid = renderer.load(path).solids[0].mesh
+    solid = renderer.load(path).bodies[0].mesh
     np.testing.assert_allclose(solid.bounds, [[1, 1, 0], [2, 1.5, 0.25]], atol=1e-6)
     parts = flat_parts(solid)
     assert len(parts.rectangles) == 6
@@ -184,7 +184,7 @@ def test_patches_cover_every_surface_once_and_face_inward(room):
     area = np.bincount(mesh.surface, mesh.area)
     # floor and box less where they touch, ceiling less the panel's face, walls, ball (its own facets), panel
     expected = [16 - 1.2 * 0.7, 15, 12, 12, 12, 12, 1.2 * 0.7 + 2 * (1.2 * 1.5 + 0.7 * 1.5),
-                scene.solids[1].mesh.area, 1.0]
+                scene.bodies[1].mesh.area, 1.0]
     # What is cut away is known to 1e-9 of the room.
     np.testing.assert_allclose(area, expected, rtol=1e-8)
     inward = ((scene.size / 2 - mesh.centroid) * mesh.normal).sum(axis=1)

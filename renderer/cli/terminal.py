@@ -83,16 +83,16 @@ def warn(solution, figures: list, asked: float) -> None:
              "is no window.")
     exchange, mesh = solution.transport.exchange, solution.transport.mesh
     if exchange.leak > LEAK:
-        surface = solution.scene.surfaces[mesh.surface[exchange.worst_patch]]
+        surface = solution.scene.surface_names[mesh.surface[exchange.worst_patch]]
         say(f"warning: {solution.scene.title}: {exchange.leak:.1%} of the light from a patch of "
              f"{surface!r} meets no surface's front; is something there open or overlapping?")
     if exchange.reciprocity_error > UNEQUAL:
-        first, second = (solution.scene.surfaces[k] for k in exchange.worst_pair)
+        first, second = (solution.scene.surface_names[k] for k in exchange.worst_pair)
         say(f"warning: {solution.scene.title}: the form factors between {first!r} and {second!r} differ by "
              f"{exchange.reciprocity_error:.0%} of what the smaller sends, before they are balanced; "
              "their patches are long for their distance. Give a smaller solver.patch_size.")
     if solution.energy_balance_error > UNBALANCED:
-        surface = solution.scene.surfaces[mesh.surface[solution.worst_patch]]
+        surface = solution.scene.surface_names[mesh.surface[solution.worst_patch]]
         say(f"warning: {solution.scene.title}: {solution.energy_balance_error:.1e} of the light is neither "
              f"absorbed nor left, most of it at {surface!r}; is its reflectance nearly 1?")
 

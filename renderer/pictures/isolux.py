@@ -116,8 +116,8 @@ def _draw_room(axes, scene: Scene, grid: Grid, axes_of: np.ndarray) -> None:
     axes.add_collection(LineCollection(cut(scene.room.shell), colors="black", linewidths=1.6, zorder=5))
     plan = axes_of[2, 2] == 1
     label = "object"
-    for solid in scene.solids:
-        for ring in _footprint(solid.mesh) if plan else cut(solid.mesh.triangles):
+    for body in scene.bodies:
+        for ring in _footprint(body.mesh) if plan else cut(body.mesh.triangles):
             axes.plot(*ring.T, color="#4a6078", lw=1.0, zorder=2.5, label=label)
             label = None
     label = "luminaire"
@@ -129,7 +129,7 @@ def _draw_room(axes, scene: Scene, grid: Grid, axes_of: np.ndarray) -> None:
 
 
 def _footprint(mesh: trimesh.Trimesh) -> list[np.ndarray]:
-    """Outlines of a solid seen from above, each (k, 2) [m]."""
+    """Outlines of a body seen from above, each (k, 2) [m]."""
     import shapely
 
     if len(mesh.faces) > FINE_MESH:

@@ -39,7 +39,7 @@ def patches(solution: Solution):
     data.cell_data["illuminance_lx"] = reflected[shown]
     data.cell_data["direct_illuminance_lx"] = direct[shown]
     data.cell_data["surface"] = mesh.surface[shown]
-    data.field_data["surface_names"] = solution.scene.surfaces
+    data.field_data["surface_names"] = solution.scene.surface_names
     return data
 
 

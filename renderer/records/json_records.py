@@ -110,7 +110,7 @@ def escaped(solution: Solution) -> list[dict]:
     found = []
     for hole in solution.scene.room.openings:
         mesh, areas = solution.transport.mesh, solution.transport.exchange.areas
-        patch = mesh.surface == solution.scene.surfaces.index(hole.name)
+        patch = mesh.surface == solution.scene.surface_names.index(hole.name)
         lumens = float(areas[patch] @ (solution.irradiance[patch] @ solution.bands.luminous))
         found.append({"name": hole.name, "middle": [float(x) for x in hole.middle],
                       "area_m2": hole.area, "escaping_lm": lumens})

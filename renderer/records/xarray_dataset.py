@@ -41,7 +41,8 @@ def dataset(solution: Solution):
          "luminance": ("patch", radiosity @ luminous / np.pi, _said("luminance, reflected light", "cd m-2")),
          "area": ("patch", areas[shown], _said("area that is not covered", "m2"))},
         {"patch": ("patch", shown, {"long_name": "number of the patch in the mesh"}), **axis,
-         "surface": ("patch", np.array(scene.surfaces)[surface], {"long_name": "surface, or lamp's face"}),
+         "surface": ("patch", np.array(scene.surface_names)[surface],
+                     {"long_name": "surface, or lamp's face"}),
          **{name: ("patch", values, _said(f"{name} of the patch's middle", "m"))
             for name, values in middle.items()}},
         {"title": scene.title, "bands": bands.name, "seed": solution.transport.seed,

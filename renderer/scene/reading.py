@@ -19,7 +19,7 @@ from renderer.scene.lighting import resolve_luminaires
 from renderer.scene.mesh_files import UNITS
 from renderer.scene.room import Room, box_room, outline_room, refuse_outside, spelt, winding
 from renderer.scene.room_from_mesh import mesh_room
-from renderer.scene.scene import STAND_OFF, Scene, Solid
+from renderer.scene.scene import STAND_OFF, Body, Scene
 from renderer.scene.schema import (
     MaterialTable,
     RoomTable,
@@ -151,7 +151,7 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
     room = _room(table.room, list(materials), path)
     size, (lowest, highest) = np.ptp(room.bounds, axis=0), room.bounds
     faces = _room_materials(table.room, room, used, path)
-    solids, of_solids = [], []
+    bodies, of_bodies = [], []
     for index, entry in enumerate(table.objects):
         where = f"{path}: objects[{index}]"
         file = path.parent / entry.mesh if entry.mesh else None
@@ -170,8 +170,8 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
             raise InputError(f"{where} {entry.name!r} lies wholly outside the room, from "
                              f"{spelt(low)} to {spelt(high)}; the room reaches from {spelt(lowest)} "
                              f"to {spelt(highest)}. Move it.")
-        solids.append(Solid(entry.name, mesh))
-        of_solids.append(used(entry.material, f"objects[{index}].material"))
+        bodies.append(Body(entry.name, mesh))
+        of_bodies.append(used(entry.material, f"objects[{index}].material"))
     luminaires, lamps, faults = resolve_luminaires(table.luminaires, room, path)
     for key in ("photometers", "spot_meters", "observers"):
         for index, entry in enumerate(getattr(table, key)):
@@ -180,7 +180,7 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
     if table.camera is not None:
         refuse_outside(room, np.array(table.camera.position), f"{path}: camera.position is",
                        "Move it into the room")
-    return Scene(table.title, path, room, solids, faces + of_solids, luminaires, lamps,
+    return Scene(table.title, path, room, bodies, faces + of_bodies, luminaires, lamps,
                  table.photometers, make_grids(table.photometer_grids, room, path), table.spot_meters,
                  table.observers, table.camera, table.solver, faults)
 

@@ -1,7 +1,7 @@
 """A room ready to be solved: its surfaces, what stands in it, what lights it, and what is read."""
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,11 +25,17 @@ longest side: some 60 times what rays resolve there, and 20 µm in a room of 5 m
 
 
 @dataclass(frozen=True)
-class Solid:
-    """An object in the room: its surface [m] with normals outward."""
+class Body:
+    """Faces of an object that have one material.
+
+    mesh : [m], the normals of closed bodies outward
+    closed : whether they enclose a volume, alone or with the others of the object; else they are sheets:
+        no thickness, opaque, the material on both sides
+    """
 
     name: str
     mesh: trimesh.Trimesh
+    closed: bool = True
 
     @cached_property
     def parts(self) -> Parts:
@@ -38,13 +44,38 @@ class Solid:
 
 
 @dataclass(frozen=True)
+class Surface:
+    """What a mesh numbers as one surface: a row of every array over surfaces.
+
+    kind : "room", "solid", "sheet" or "luminaire"
+    parts : its flat parts; None of a luminaire's face
+    material : None of a luminaire's face, which is black
+    luminaire : index in Scene.luminaires of the one whose face it is; else None
+    """
+
+    name: str
+    kind: str
+    parts: Parts | None = None
+    material: Material | None = None
+    luminaire: int | None = None
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether light leaves it on both sides."""
+        return self.kind == "sheet"
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m²], before anything covers it; 0 of a luminaire's face."""
+        return float(self.parts.area) if self.parts is not None else 0.0
+
+
+@dataclass(frozen=True)
 class Scene:
     """A room ready to be solved.
 
-    room : its inner surfaces; solids : the objects in it
-    surfaces : names of everything that has a material or is a luminaire's face, in this order:
-        the room's surfaces, the solids, the luminaires with area (black)
-    materials : one Material per surface of the room and solid
+    room : its inner surfaces; bodies : the objects in it
+    materials : one Material per surface of the room and body
     lamps : relative spectral power, one per luminaire
     faults : of the luminaires' photometric files, in sentences
     """
@@ -52,7 +83,7 @@ class Scene:
     title: str
     path: Path
     room: Room
-    solids: list[Solid]
+    bodies: list[Body]
     materials: list[Material]
     luminaires: list[Luminaire]
     lamps: list[Spectrum]
@@ -69,10 +100,20 @@ class Scene:
         """The room's extents (3,) [m]."""
         return np.ptp(self.room.bounds, axis=0)
 
+    @cached_property
+    def surfaces(self) -> list[Surface]:
+        """All surfaces (n_surfaces,): the room's, the bodies, the luminaires with area."""
+        found = [Surface(name, "room", parts) for name, parts in self.room.surfaces.items()]
+        found += [Surface(body.name, "solid" if body.closed else "sheet", body.parts) for body in self.bodies]
+        found = [replace(surface, material=material)
+                 for surface, material in zip(found, self.materials, strict=True)]
+        return found + [Surface(lum.name, "luminaire", luminaire=k)
+                        for k, lum in enumerate(self.luminaires) if not lum.is_point]
+
     @property
-    def surfaces(self) -> list[str]:
+    def surface_names(self) -> list[str]:
         """Names of all surfaces (n_surfaces,)."""
-        return [*self.room.surfaces, *(s.name for s in self.solids), *(lum.name for lum in self.faces)]
+        return [surface.name for surface in self.surfaces]
 
     @property
     def faces(self) -> list[Luminaire]:
@@ -91,8 +132,8 @@ class Scene:
     def reflectance(self, bands: BandSet) -> np.ndarray:
         """Reflectance of each surface in each band (n_surfaces, n_bands); luminaires are black."""
         once = {material.name: material.reflectance(bands) for material in self.materials}
-        rows = [once[m.name] for m in self.materials] + [np.zeros(len(bands.xyz))] * len(self.faces)
-        return np.array(rows)
+        black = np.zeros(len(bands.xyz))
+        return np.array([once[s.material.name] if s.material else black for s in self.surfaces])
 
     def flux(self, bands: BandSet) -> np.ndarray:
         """Flux of each luminaire in each band (n_luminaires, n_bands) [W, or lm in RGB]."""
@@ -104,8 +145,9 @@ class Scene:
     def geometry_key(self) -> str:
         """What the form factors depend on: equal for a grey and a red room of one shape."""
         parts = [self.room.shell, np.array([len(p.shell) for p in self.room.surfaces.values()])]
-        for solid in self.solids:
-            parts += [solid.mesh.vertices, solid.mesh.faces]
+        for body in self.bodies:
+            parts += [body.mesh.vertices, body.mesh.faces]
+            parts += [] if body.closed else [np.array("sheet")]
         for lum in self.luminaires:
             parts += lum.geometry
         digest = hashlib.sha256()

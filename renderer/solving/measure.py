@@ -60,25 +60,24 @@ def mean_luminance(solution: Solution, position, directions: np.ndarray, name: s
 
 
 def surface_luminances(solution: Solution) -> list[Figure]:
-    """Mean luminance [cd/m²] of each surface of the room and each solid, of what of it is not covered."""
+    """Mean luminance [cd/m²] of each surface of the room and each body, of what of it is not covered."""
     mesh_sequence, own = solution.mesh_sequence, _mean_luminances(solution)
     meshes, parts = (np.array([_mean_luminances(each) for each in some]).reshape(-1, len(own))
                      for some in (mesh_sequence.meshes, mesh_sequence.samples))
     meshes = np.nan_to_num(meshes)  # what a coarser mesh has covered up is not known at all
-    names = solution.scene.surfaces[:len(solution.scene.materials)]
     found = []
-    for k, name in enumerate(names):
-        if np.isfinite(own[k]):
+    for k, surface in enumerate(solution.scene.surfaces):
+        if surface.kind != "luminaire" and np.isfinite(own[k]):
             one = slice(k, k + 1)
             errors = half_widths(meshes[:, one], parts[:, one], mesh_sequence.steps, solution.quadrature)
-            found.append(Figure(name, float(own[k]), *errors, "cd/m²"))
+            found.append(Figure(surface.name, float(own[k]), *errors, "cd/m²"))
     return found
 
 
 def _mean_luminances(solution: Solution) -> np.ndarray:
     """Of each surface (n_surfaces,) [cd/m²]: Σ A B / π Σ A over its exposed patches; NaN without any."""
     areas, surface, n = solution.transport.exchange.areas, solution.transport.mesh.surface, len(
-        solution.scene.surfaces)
+        solution.scene.surface_names)
     lumens = np.bincount(surface, areas * (solution.radiosity @ solution.bands.luminous), n)
     area = np.bincount(surface, areas, n)
     return np.where(area > 0, lumens / (np.pi * np.where(area > 0, area, 1.0)), np.nan)

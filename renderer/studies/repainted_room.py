@@ -30,10 +30,11 @@ def painted_material(scene: Scene, name: str | None) -> str:
     Raises InputError for a name that no surface has.
     """
     holes = {hole.name for hole in scene.room.openings}
-    of_room = [0.0 if name in holes else float(parts.area) for name, parts in scene.room.surfaces.items()]
     areas: dict[str, float] = {}
-    for material, area in zip(scene.materials, of_room + [s.mesh.area for s in scene.solids], strict=True):
-        areas[material.name] = areas.get(material.name, 0.0) + area
+    for surface in scene.surfaces:
+        if surface.material is not None and not (surface.kind == "room" and surface.name in holes):
+            sides = 2 if surface.two_sided else 1
+            areas[surface.material.name] = areas.get(surface.material.name, 0.0) + sides * surface.area
     areas = {material: area for material, area in areas.items() if area > 0}
     if name is not None and name not in areas:
         raise InputError(f"--material is {name!r}; must be a material that a surface of {scene.path} has: "
@@ -62,7 +63,7 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     progress(f"{scene.title}: every reflectance of {material!r}")
     nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
     tried = np.concatenate([nodes, CHECKS])
-    painted = np.array([m.name == material for m in scene.materials] + [False] * len(scene.faces))
+    painted = np.array([s.material is not None and s.material.name == material for s in scene.surfaces])
     meters = [make_meter(transport, np.array(p.position), np.array(p.normal) / np.linalg.norm(p.normal),
                          f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
 

@@ -217,4 +217,4 @@ def _received(solution) -> np.ndarray:
     """What each surface receives [lm] (n_surfaces,), its mean illuminance times its area."""
     mesh, areas = solution.transport.mesh, solution.transport.exchange.areas
     return np.bincount(mesh.surface, areas * (solution.irradiance @ solution.bands.luminous),
-                       len(solution.scene.surfaces))
+                       len(solution.scene.surface_names))

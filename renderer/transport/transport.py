@@ -60,6 +60,7 @@ class Transport:
     is first asked for.
 
     room, mesh, luminaires, seed
+    faces : the surface that is a luminaire's face, and which luminaire's, of all that have one
     visibility : None where nothing can stand between two points
     remember : called with a name and what makes its arrays; returns those, made or kept
     elsewhere : casts the rays of a large mesh on other machines; None for here
@@ -71,6 +72,7 @@ class Transport:
     mesh: Mesh
     luminaires: list[Luminaire]
     n_surfaces: int
+    faces: list[tuple[int, int]]
     rays_per_patch: int
     seed: int
     ray_scene: RayScene | None
@@ -223,13 +225,7 @@ class Transport:
     @cached_property
     def reflecting(self) -> np.ndarray:
         """Which patches are not a luminaire's face (n_patches,); those are black."""
-        return self.mesh.surface < self.n_surfaces - len(self.faces)
-
-    @property
-    def faces(self) -> list[tuple[int, int]]:
-        """The surface that is a luminaire's face, and which luminaire's, of all that have one."""
-        shown = [k for k, lum in enumerate(self.luminaires) if not lum.is_point]
-        return list(enumerate(shown, self.n_surfaces - len(shown)))
+        return ~np.isin(self.mesh.surface, [surface for surface, _ in self.faces])
 
     def _vertex_points(self) -> tuple[np.ndarray, np.ndarray]:
         mesh = self.mesh
@@ -256,10 +252,11 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
     started = time.perf_counter()
     luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     mesh = build_mesh(scene, luminaires, patch_size)
-    transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), rays, seed,
+    faces = [(k, s.luminaire) for k, s in enumerate(scene.surfaces) if s.luminaire is not None]
+    transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), faces, rays, seed,
                           RayScene(mesh) if rays else None, remember, elsewhere, across)
     if not transport.exchange.areas.any():
-        names = ", ".join(repr(solid.name) for solid in scene.solids)
+        names = ", ".join(repr(body.name) for body in scene.bodies)
         raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "
                          "Make them smaller.")
     _ = transport.lost  # direct light, whose time is counted here

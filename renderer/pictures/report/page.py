@@ -117,8 +117,8 @@ def _data(rooms: list[Room], pack: Pack) -> dict:
         shown.append({
             "title": room.title, "geometry": list(geometries).index(id(transport)),
             "view": None if room.view is None else list(views).index(id(room.view)),
-            "surfaces": room.scene.surfaces,
-            "materials": [m.name for m in room.scene.materials] + ["luminaire"] * len(room.scene.faces),
+            "surfaces": room.scene.surface_names,
+            "materials": [s.material.name if s.material else "luminaire" for s in room.scene.surfaces],
             "solutions": {name: solution_data(s, of, pack) for name, s in room.solutions.items()},
             "bars": bars_data(room.solutions["31"], pack),
             "photometers": _photometers(room),

@@ -44,7 +44,7 @@ def place_at(solution: Solution, eye: np.ndarray, direction: np.ndarray) -> Plac
         return None
     patch, position = met
     surface = transport.mesh.surface[patch]
-    return Place(patch, position, transport.mesh.normal[patch], solution.scene.surfaces[surface],
+    return Place(patch, position, transport.mesh.normal[patch], solution.scene.surface_names[surface],
                  lamp_of(transport, surface), eye)
 
 

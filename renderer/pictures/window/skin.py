@@ -73,9 +73,7 @@ def _patches_at(transport: Transport, vertices: np.ndarray) -> tuple[np.ndarray,
 
 def lamp_of(transport: Transport, surface: int) -> int | None:
     """The luminaire whose face a surface of the mesh is, or None."""
-    with_face = [k for k, lum in enumerate(transport.luminaires) if not lum.is_point]
-    k = surface - (transport.n_surfaces - len(with_face))
-    return with_face[k] if k >= 0 else None
+    return dict(transport.faces).get(surface)
 
 
 def light_on(solution: Solution, skin: Skin) -> tuple[np.ndarray, np.ndarray]:

@@ -86,10 +86,9 @@ def hand_over(scene: Scene) -> Handover:
     def units(points) -> np.ndarray:
         return (np.asarray(points, dtype=float) - middle) * scale
 
-    polygons = [list(units(parts.shell)) for parts in scene.room.surfaces.values()]
-    polygons += [list(units(solid.mesh.triangles)) for solid in scene.solids]
-    reflectance = scene.reflectance(bands)[: len(polygons)]  # the rest are the lamps' own faces
-    surfaces = [Surface(p, rho) for p, rho in zip(polygons, reflectance, strict=True)]
+    surfaces = [Surface(list(units(surface.parts.shell)), rho)
+                for surface, rho in zip(scene.surfaces, scene.reflectance(bands), strict=True)
+                if surface.kind != "luminaire"]
     points = []
     for lum, flux in zip(scene.luminaires, scene.flux(bands), strict=True):
         if lum.distribution is not None:

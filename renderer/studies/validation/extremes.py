@@ -139,7 +139,7 @@ def lamps_and_meters(folder: Path) -> list[Case]:
     case, rows = partial(Case, "Lamps and meters"), []
     near = POINT.replace("2, 2, 2", "2, 2, 2.999999")
     solution = solve(box_room(folder, near, rho=0.0), "rgb", 0.05)
-    ceiling = solution.transport.mesh.surface == solution.scene.surfaces.index("ceiling")
+    ceiling = solution.transport.mesh.surface == solution.scene.surface_names.index("ceiling")
     areas = solution.transport.exchange.areas * ceiling
     share = float(areas @ solution.irradiance @ solution.bands.luminous / 10000)
     rows.append(case("point lamp 1 µm under the ceiling", "share of its flux on the ceiling", 0.5, share,
@@ -212,7 +212,7 @@ def _meshes(folder: Path, case: Callable[..., Case]) -> list[Case]:
     lidless.export(folder / "open.obj")
     scene = box_room(folder, POINT.replace("2, 2, 2", "2, 2, 1.5"), shape='mesh = "open.obj"', rho=0.0)
     solution = solve(scene, "rgb")
-    opening = [name.startswith("opening") for name in scene.surfaces]
+    opening = [name.startswith("opening") for name in scene.surface_names]
     areas = solution.transport.exchange.areas * np.array(opening)[solution.transport.mesh.surface]
     lost = float(areas @ solution.irradiance @ solution.bands.luminous)
     # From the middle of a box each face takes its solid angle: 4 arcsin of its half sides' slopes.

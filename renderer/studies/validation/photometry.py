@@ -124,7 +124,7 @@ def _lit_wall(folder: Path) -> list[Case]:
 
 def _from_surface(solution: Solution, name: str, position, normal) -> float:
     """What a meter receives of a surface that sends 1 from everywhere, and nothing else does."""
-    mesh, index = solution.transport.mesh, solution.scene.surfaces.index(name)
+    mesh, index = solution.transport.mesh, solution.scene.surface_names.index(name)
     meter = make_meter(solution.transport, np.array(position, dtype=float), np.array(normal, dtype=float), "")
     vertices, patches = ((of == index)[:, None].astype(float) for of in (mesh.vertex_surface, mesh.surface))
     return float(np.mean([sensor.indirect_radiosity(vertices, patches).sum() for sensor in meter.sensors]))
@@ -188,7 +188,7 @@ def planes(folder: Path) -> list[Case]:
         for width in (10, 30, 100):
             scene = box_room(folder, "", (width, width, 1), rho, walls)
             transport = compute_transport(scene, width / 16, 0, 0)
-            names = np.array(scene.surfaces)[transport.mesh.surface]
+            names = np.array(scene.surface_names)[transport.mesh.surface]
             lit = (names == "floor").astype(float)[:, None]
             on = np.where(np.isin(names, ["floor", "ceiling"]), rho, 0.0)[:, None]
             received = lit + radiosity(transport.exchange, on, lit)[1]

@@ -1,4 +1,4 @@
-"""A scene divided into patches: the room's surfaces, the solids and the luminaires' faces."""
+"""A scene divided into patches: the room's surfaces, the bodies in it and the luminaires' faces."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -43,22 +43,25 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
 
     luminaires : the scene's, each through `stand_off`.
     """
-    every = [*scene.room.surfaces.values(), *(solid.parts for solid in scene.solids)]
-    mountings, sheets = [], []
-    for index, luminaire in enumerate((lum for lum in luminaires if not lum.is_point), len(every)):
-        found = mounting(scene, luminaire, index)
-        if found is not None:
-            mountings.append(found)
-        else:
-            sheets.append((index, luminaire))
-    builder = _Builder(patch_size, COPLANAR * scene.room.scale, len(scene.room.surfaces), luminaires,
+    every = [(index, surface.parts) for index, surface in enumerate(scene.surfaces) if surface.parts]
+    mountings, free = [], []
+    for index, surface in enumerate(scene.surfaces):
+        if surface.luminaire is not None:
+            luminaire = luminaires[surface.luminaire]
+            found = mounting(scene, luminaire, index)
+            if found is not None:
+                mountings.append(found)
+            else:
+                free.append((index, luminaire))
+    of_room = np.array([surface.kind == "room" for surface in scene.surfaces])
+    builder = _Builder(patch_size, COPLANAR * scene.room.scale, of_room, luminaires,
                        CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area))
-    rectangles = [(index, face) for index, parts in enumerate(every) for face in parts.rectangles]
-    polygons = [(index, face) for index, parts in enumerate(every) for face in parts.polygons]
-    own = [r.corners for index, r in rectangles if index < builder.n_walls]
+    rectangles = [(index, face) for index, parts in every for face in parts.rectangles]
+    polygons = [(index, face) for index, parts in every for face in parts.polygons]
+    own = [r.corners for index, r in rectangles if of_room[index]]
     own += [m.outline for m in mountings if not m.cut_out]
-    solids = [r.corners for index, r in rectangles if index >= builder.n_walls]
-    outlines = Outlines(np.array(own + solids).reshape(-1, 4, 3), len(own))
+    bodies = [r.corners for index, r in rectangles if not of_room[index]]
+    outlines = Outlines(np.array(own + bodies).reshape(-1, 4, 3), len(own))
     faces = Faces([*rectangles, *polygons])
     for index, rectangle in rectangles:
         builder.add_rectangle(index, rectangle, outlines, faces, mountings)
@@ -67,18 +70,18 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
             builder.add_face(mounted.surface, mounted.face)
     for index, polygon in polygons:
         builder.add_polygon(index, polygon, faces, mountings)
-    for index, parts in enumerate(every):
+    for index, parts in every:
         builder.add_triangles(index, parts.triangles)
-    for index, luminaire in sheets:
+    for index, luminaire in free:
         builder.add_sheet(index, luminaire)
-    free = [lum for _, lum in sheets]
+    free = [luminaire for _, luminaire in free]
     return builder.finish([*rectangles, *polygons], _obstacles(scene, free), _blockers(scene, free),
                           scene.room.shell)
 
 
 def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
     """Boxes (m, 8, 3) [m] around whatever can stand between two places in a room, flat ones for walls."""
-    around = [solid.mesh.bounds for solid in scene.solids]
+    around = [body.mesh.bounds for body in scene.bodies]
     around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for lum in sheets]
     hindrances = scene.room.hindrances
     if len(hindrances) > HINDRANCES:
@@ -91,12 +94,12 @@ def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
 def _blockers(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
     """Triangles (k, 3, 3) [m] of all that can stand between two places: no wall of a convex room, unless
     a solid reaches out through them."""
-    found = [solid.parts.shell for solid in scene.solids]
+    found = [body.parts.shell for body in scene.bodies]
     for lum in sheets:
         fan = np.arange(1, len(lum.outline) - 1)[:, None] + [0, 0, 1]
         fan[:, 0] = 0
         found.append(lum.outline[fan])
-    if not scene.room.convex or any(_reaches_out(scene.room, solid.mesh.bounds) for solid in scene.solids):
+    if not scene.room.convex or any(_reaches_out(scene.room, body.mesh.bounds) for body in scene.bodies):
         found.append(scene.room.shell)
     return np.concatenate(found) if found else np.zeros((0, 3, 3))
 
@@ -112,11 +115,11 @@ def _reaches_out(room: Room, bounds: np.ndarray) -> bool:
 
 
 class _Builder:
-    def __init__(self, patch_size: float, touch: float, n_walls: int, luminaires: list[Luminaire],
+    def __init__(self, patch_size: float, touch: float, of_room: np.ndarray, luminaires: list[Luminaire],
                  close: float):
         self.patch_size = patch_size
         self.touch = touch
-        self.n_walls = n_walls
+        self.of_room = of_room
         self.luminaires = luminaires
         self.close, self.in_gap = close, close * IN_GAP / CLOSE_TO_LAMP
         self.vertices, self.patches, self.surface = [], [], []
@@ -159,7 +162,7 @@ class _Builder:
 
     def on(self, index: int, corner, normal, mountings: list[Mounting]) -> list[Mounting]:
         """The luminaires mounted on a flat part of the room."""
-        return [m for m in mountings if index < self.n_walls and m.on(corner, normal, self.touch)]
+        return [m for m in mountings if self.of_room[index] and m.on(corner, normal, self.touch)]
 
     def add_polygon(self, index: int, polygon: Polygon, faces: Faces, mountings: list[Mounting]) -> None:
         feet = [[m.outline] for m in self.on(index, polygon.origin, polygon.normal, mountings)]
@@ -177,9 +180,9 @@ class _Builder:
                      np.full(len(triangles), index), index)
 
     def over_gaps(self, index: int, face: Rectangle | Polygon, faces: Faces) -> list[np.ndarray]:
-        """Corners (k, 3) [m] of what faces a flat part over a narrow gap, a solid on either side."""
-        return faces.across(face, self.touch, self.patch_size / self.in_gap,
-                            self.n_walls if index < self.n_walls else 0)
+        """Corners (k, 3) [m] of what faces a flat part over a narrow gap, a body on either side."""
+        beside = ~self.of_room if self.of_room[index] else np.ones_like(self.of_room)
+        return faces.across(face, self.touch, self.patch_size / self.in_gap, beside)
 
     def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray, feet,
                 facing: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

@@ -24,7 +24,7 @@ rays."""
 
 
 class Faces:
-    """The flat parts of the room and the solids, found by their planes.
+    """The flat parts of the room and the bodies, found by their planes.
 
     flat : (surface, part) of each, of both kinds
     """
@@ -51,14 +51,14 @@ class Faces:
         facing = self.normals[level] @ face.normal < -1 + OPPOSITE
         return [_rings(self.faces[k]) for k in level[facing & (self.surface[level] != index)]]
 
-    def across(self, face: Face, touch: float, gap: float, first: int) -> list[np.ndarray]:
+    def across(self, face: Face, touch: float, gap: float, asked: np.ndarray) -> list[np.ndarray]:
         """The outlines (k, 3) [m] of faces that a face sees over less than a gap [m], about; only of surfaces
-        from the `first` on."""
+        that are asked (n_surfaces,)."""
         own = _outline(face)
         middle = (own.min(axis=0) + own.max(axis=0)) / 2
         radius = np.linalg.norm(np.ptp(own, axis=0)) / 2
         before = face.normal @ self.about - (middle - self.origin) @ face.normal
-        near = np.flatnonzero((before > touch) & (before - self.radii < gap) & (self.surface >= first)
+        near = np.flatnonzero((before > touch) & (before - self.radii < gap) & asked[self.surface]
                               & (face.normal @ self.facing < FACING))
         apart = np.linalg.norm(self.middles[near] - middle, axis=1)
         near = near[apart < self.radii[near] + radius + gap]
@@ -212,7 +212,7 @@ def covered_by_contact(mesh: Mesh, faces: list[tuple[int, Face]], touch: float) 
     """Which patches lie wholly in another surface's face (n_patches,): face to face with it, as a crate
     and the floor, or a second time where an earlier surface already is.
 
-    faces : (surface, flat part) of the room and the solids.
+    faces : (surface, flat part) of the room and the bodies.
     """
     covered = np.zeros(len(mesh.patches), dtype=bool)
     middle = np.ascontiguousarray(mesh.corners.mean(axis=1).T - mesh.middle[:, None])
