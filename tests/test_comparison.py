@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderer.colour.bands import COMPARED
-from renderer.studies.comparison import CSV_COLUMNS, NAMES
+from renderer.studies.comparison import BESIDE, CSV_COLUMNS, NAMES
 
 
 @pytest.fixture(scope="module")
@@ -21,15 +20,32 @@ def rows(compared):
 
 
 def test_the_table_has_the_stated_columns_and_rows(rows, compared):
-    assert set(rows) == {(room, bands) for room in ("Grey room", "Red room", "Saturated red room")
-                         for bands in COMPARED}
+    assert set(rows) == {(room, bands) for room in ("Grey room", "Red-paint room", "Pure-red room")
+                         for bands in BESIDE}
     assert tuple(next(iter(rows.values()))) == CSV_COLUMNS
     folder, done = compared
     record = json.loads((folder / "outputs" / "comparison.json").read_text())
-    assert len(record["table"]) == len(record["rooms"]) == 9
+    assert len(record["table"]) == len(record["rooms"]) == 6
     for (room, _), row in rows.items():
         assert room in done.stdout
         assert f"{float(row['ratio_to_first_room']):.3f}" in done.stdout
+
+
+def test_it_says_what_rgb_gets_wrong(rows, compared):
+    folder, done = compared
+    assert done.stdout.rstrip().splitlines()[-1] == (
+        "RGB makes the red-paint room 5.2 % too bright, the pure-red room 32 % too bright; "
+        "the grey room is right.")
+    record = json.loads((folder / "outputs" / "comparison.json").read_text())
+    assert [sentence.split(",")[0] for sentence in record["finding"]] == [
+        "RGB is right in the grey room.", "RGB makes the red-paint room 5.2 % too bright at floor centre",
+        "RGB makes the pure-red room 32 % too bright at floor centre"]
+    for room in {room for room, _ in rows}:
+        rgb, spectral = (float(rows[room, bands]["total_lx"]) for bands in ("rgb", "31"))
+        error = float(rows[room, "rgb"]["rgb_error_percent"])
+        assert error == pytest.approx(100 * (rgb / spectral - 1), abs=1e-9)
+        assert float(rows[room, "31"]["rgb_error_percent"]) == 0.0
+        assert 0 < float(rows[room, "rgb"]["uncertainty_lx"]) < 0.01 * rgb
 
 
 def test_direct_light_is_the_same_in_all_rooms_and_band_sets(rows):
@@ -39,17 +55,17 @@ def test_direct_light_is_the_same_in_all_rooms_and_band_sets(rows):
 
 @pytest.mark.parametrize(("room", "bands", "ratio", "tolerance"), [
     ("Grey room", "31", 1.0, 1e-12),
-    ("Saturated red room", "rgb", 1.67, 0.02),  # the deck's "2/3 brighter"
-    ("Red room", "31", 1.046, 0.01),
-    ("Red room", "rgb", 1.10, 0.01),
+    ("Pure-red room", "rgb", 1.67, 0.02),  # the deck's "2/3 brighter"
+    ("Red-paint room", "31", 1.046, 0.01),
+    ("Red-paint room", "rgb", 1.10, 0.01),
 ])
 def test_the_ratios_to_the_grey_room(rows, room, bands, ratio, tolerance):
     assert float(rows[room, bands]["ratio_to_first_room"]) == pytest.approx(ratio, abs=tolerance)
 
 
 def test_the_grey_room_is_the_same_in_every_band_set(rows):
-    grey = [float(rows["Grey room", bands]["total_lx"]) for bands in COMPARED]
-    assert grey == pytest.approx([grey[0]] * 3, rel=1e-6)
+    grey = [float(rows["Grey room", bands]["total_lx"]) for bands in BESIDE]
+    assert grey == pytest.approx([grey[0]] * 2, rel=1e-6)
 
 
 def test_total_is_direct_and_indirect(rows):
@@ -60,7 +76,7 @@ def test_total_is_direct_and_indirect(rows):
 def test_every_picture_is_there_and_whole(compared):
     out = compared[0] / "outputs"
     for stem in ("grey_room", "red_room", "saturated_red_room"):
-        for bands in COMPARED:
+        for bands in BESIDE:
             for name in NAMES:
                 with Image.open(out / "comparison" / f"{stem}_{bands}_{name}.png") as picture:
                     picture.load()

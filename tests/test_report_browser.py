@@ -171,7 +171,7 @@ def test_every_switch_changes_the_pictures(page):
     for act in (lambda: one(page, "#fit").click(),
                 lambda: (one(page, "#top").clear(), one(page, "#top").send_keys("7" + ENTER)),
                 lambda: one(page, "#slide").send_keys(RIGHT * 5),
-                lambda: Select(one(page, "#right")).select_by_visible_text("Saturated red room")):
+                lambda: Select(one(page, "#right")).select_by_visible_text("Pure-red room")):
         act()
         after = pixels(page, "#b")
         assert (before != after).any()
@@ -189,7 +189,7 @@ def test_the_photometer_in_the_picture_reads_what_the_program_reads(page, report
     spots = ((150, 400), (320, 460), (500, 200), (60, 300))
     for x, y in spots:
         pointer(page, "#a", x, y, click=True)
-    assert [row[0] for row in readout(page)] == ["Grey room", "Red room"]
+    assert [row[0] for row in readout(page)] == ["Grey room", "Red-paint room"]
     rows = kept(page)
     assert len(rows) == len(spots) * 3 * 2
     for row in rows:
@@ -219,7 +219,7 @@ def test_hovering_shows_both_rooms_and_leaving_hides_them(page):
     pointer(page, "#b", 320, 420)
     grey, red = readout(page)
     assert grey[0] == "Grey room"
-    assert red[0] == "Red room"
+    assert red[0] == "Red-paint room"
     assert float(red[2].split()[0]) > float(grey[2].split()[0]) > 100
     assert grey[4] == red[4]  # direct light is the same
     pointer(page, "#a", 320, 40)
@@ -231,7 +231,7 @@ def test_hovering_shows_both_rooms_and_leaving_hides_them(page):
 def test_keys_move_the_photometer_and_keep_a_reading(page):
     frame = one(page, "#a .frame")
     frame.send_keys(RIGHT + DOWN + DOWN + ENTER)
-    (row,) = [row for row in kept(page) if row["room"] == "Red room" and row["bands"] == "31"]
+    (row,) = [row for row in kept(page) if row["room"] == "Red-paint room" and row["bands"] == "31"]
     assert row["surface"] == "wall_y1"  # from the picture's middle
 
 

@@ -6,7 +6,15 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from renderer.cli.options import Output, Printing, Solving, vector
-from renderer.cli.terminal import list_files, print_as, progress_shown, show_laws, warn, warn_before
+from renderer.cli.terminal import (
+    list_files,
+    print_as,
+    progress_shown,
+    show_findings,
+    show_laws,
+    warn,
+    warn_before,
+)
 from renderer.errors import InputError
 
 
@@ -60,6 +68,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
         show_laws([solution])
         if files:
             list_files(files, out)
+        show_findings(record.get("finding", []))
 
 
 def _spots(scene, at: str | None, normal: str | None) -> list[tuple]:

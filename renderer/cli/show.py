@@ -1,49 +1,74 @@
 """Commands that show rooms: compare, report, render, pseudocolour."""
 
 from shlex import quote
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import list_files, progress_shown, say, show, show_laws, warn, warn_before
+from renderer.cli.terminal import (
+    list_files,
+    progress_shown,
+    say,
+    show,
+    show_findings,
+    show_laws,
+    warn,
+    warn_before,
+)
 from renderer.errors import InputError
+from renderer.readings.finding import signed
 
 DECK = ("grey_room", "red_room", "saturated_red_room")
 """Shown where no room is named."""
 
 
-def compare(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
-    """Rooms side by side in RGB, in RGB prefiltered, and in 31 bands: pictures, maps and readings.
+def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] = False,
+            solving: Solving | None = None, output: Output | None = None) -> None:
+    """Rooms in RGB and in 31 bands: what RGB gets wrong, as pictures, maps, readings and one sentence.
 
     Parameters
     ----------
     scenes
-        Scene files or names of packaged rooms; without any, the deck's grey and red rooms.
+        Scene files or names of packaged rooms; without any, a grey room, one in a red paint, one in pure red.
+    prefiltered
+        Also RGB whose reflectances are filtered with the room's own light first.
     """
+    from renderer.readings.finding import headline
     from renderer.scene.reading import load
-    from renderer.studies.comparison import save_pictures, save_table, solve_all
+    from renderer.studies.comparison import findings, save_pictures, save_table, solve_all
     from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
     if solving.bands is not None:
-        raise InputError("--bands has no place in compare, which shows all band sets. Remove it.")
+        raise InputError("--bands has no place in compare, which shows RGB and 31 bands. Remove it, or add "
+                         "--prefiltered.")
     loaded = [load(s) for s in scenes or DECK]
     for scene in loaded:
         warn_before(scene, solving.accuracy)
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
-        cases = solve_all(loaded, solving.accuracy, solving.seed, solving.store(), progress)
+        cases = solve_all(loaded, solving.accuracy, solving.seed, solving.store(), progress, prefiltered)
         files = save_table(cases, out) + save_pictures(cases, out, progress)
-    rows = []
-    for case in cases:
-        warn(case.solution, [r.figure for r in case.readings],
-             solving.accuracy or case.solution.scene.solver.accuracy)
-        for r, ratio in zip(case.readings, case.ratios, strict=True):
-            rows.append([case.solution.scene.title, case.solution.bands.name, r.name,
-                         f"{r.direct_lx:.2f}", f"{r.indirect_lx:.2f}", f"{r.total_lx:.2f}",
-                         f"± {r.uncertainty:.2g}", "–" if ratio is None else f"{ratio:.3f}"])
-    show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total",
-                               "95 %", "ratio to first room"], rows)
+    _show_readings(cases, solving.accuracy)
     show_laws([case.solution for case in cases])
     list_files(files, out)
+    found = findings(cases)
+    show_findings(([] if len(found) == 1 else [f.sentence for f in found if len(f.readings) > 1])
+                  + [headline(found)])
+
+
+def _show_readings(cases: list, accuracy: float | None) -> None:
+    rows = []
+    for case in cases:
+        asked = accuracy or case.solution.scene.solver.accuracy
+        warn(case.solution, [r.figure for r in case.readings], asked)
+        for r, ratio, error in zip(case.readings, case.ratios, case.errors, strict=True):
+            rows.append([case.title, case.bands, r.name, f"{r.direct_lx:.2f}", f"{r.indirect_lx:.2f}",
+                         f"{r.total_lx:.2f}", f"± {r.uncertainty:.2g}",
+                         "–" if ratio is None else f"{ratio:.3f}", "" if case.bands == "31" else signed(error)])
+    show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total", "95 %",
+                               "ratio to first room", "off from 31 bands"], rows)
 
 
 def report(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import leave, list_files, progress_shown, say, show
+from renderer.cli.terminal import leave, list_files, progress_shown, say, show, show_findings
 from renderer.errors import InputError
 
 
@@ -103,7 +103,7 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
     """
     from renderer.colour.lamps import illuminant
     from renderer.colour.upsampling import cube
-    from renderer.studies.gamut import analyse, largest_ratios, smallest_ratios, sumpner
+    from renderer.studies.gamut import analyse, chips_finding, largest_ratios, smallest_ratios, sumpner
     from renderer.studies.gamut_files import save_files
     from renderer.studies.gamut_tables import every_table
     from renderer.system.files import output_folder
@@ -129,6 +129,7 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
         show(table.title, table.columns, table.rows)
     print(note, end="")
     list_files(files, out)
+    show_findings([chips_finding(found)])
 
 
 def _painted(scene: str, material: str | None, solving: Solving, progress):

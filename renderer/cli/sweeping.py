@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import leave_interrupted, list_files, progress_shown
+from renderer.cli.terminal import leave_interrupted, list_files, progress_shown, show_findings
 
 
 def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
@@ -23,6 +23,7 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
         Only check the file, and say how many rooms it makes.
     """
     from renderer.studies.sweep import read_study
+    from renderer.studies.sweep_finding import sweep_finding
     from renderer.studies.sweep_runs import sweep as run
     from renderer.system.files import output_folder
 
@@ -39,3 +40,4 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
         leave_interrupted("rooms already done are kept, and the same command goes on from there")
     print(f"{read.path}: {total} rooms, {now} of them solved now")
     list_files(files, out)
+    show_findings(sweep_finding(files[0]))

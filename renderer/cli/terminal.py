@@ -126,6 +126,14 @@ def show_laws(solutions: list) -> None:
               f"{transport.exchange.reciprocity_error:.1e}, energy balance {balance:.1e}")
 
 
+def show_findings(sentences: list[str]) -> None:
+    """Say on stdout, last of all, what RGB gets wrong, after an empty line."""
+    if sentences:
+        print()
+    for sentence in sentences:
+        print(sentence)
+
+
 def list_files(files: list[Path], out: Path) -> None:
     """Name on stdout what was written."""
     print(f"{len(files)} files in {out}{'/' if str(out) != '/' else ''}: "

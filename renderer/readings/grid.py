@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.errors import InputError
+from renderer.readings.finding import rgb_error_percent
 from renderer.readings.photometer import place
 from renderer.readings.uncertainty import Figure, half_widths
 from renderer.scene.grids import Grid
@@ -23,6 +24,7 @@ class GridReading:
     direct, indirect, mesh_error, sampling_error : (k,) [lx]
     mean, least, most : Ē, E_min and E_max; band_error : of the mean [lx]
     uniformity, uniformity_error : U₀ = E_min / Ē, None where there is no light
+    rgb : (k,) total illuminance in RGB on the same transport [lx], beside 31 bands; else None
     """
 
     grid: Grid
@@ -37,6 +39,7 @@ class GridReading:
     band_error: float
     uniformity: float | None
     uniformity_error: float | None
+    rgb: np.ndarray | None = None
 
     @property
     def figures(self) -> tuple[Figure, Figure]:
@@ -52,6 +55,17 @@ class GridReading:
     def uncertainty(self) -> np.ndarray:
         """95 % half-width of each point (k,) [lx]."""
         return np.hypot(self.mesh_error, self.sampling_error)
+
+    @property
+    def rgb_error_percent(self) -> float | None:
+        """100 (RGB ÷ 31 bands − 1) of the mean [%]; None without light or where RGB is not known."""
+        return None if self.rgb is None else rgb_error_percent(float(self.rgb.mean()), self.mean.value)
+
+    @property
+    def worst_point(self) -> int:
+        """The point, of those read, where RGB is farthest off in proportion."""
+        lit = np.where(self.total > 0, self.total, np.inf)
+        return int(np.abs((self.rgb - self.total) / lit).argmax())
 
     @property
     def left_out(self) -> int:

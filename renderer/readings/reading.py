@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.colour.bands import BandSet
+from renderer.readings.finding import rgb_error_percent
 from renderer.readings.uncertainty import Figure
 
 
@@ -15,6 +16,7 @@ class Reading:
     power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None where the bands are no spectrum
     mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
     band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
+    rgb_lx : total illuminance in RGB on the same transport [lx], beside 31 bands; else None
     """
 
     name: str
@@ -27,6 +29,7 @@ class Reading:
     mesh_error: float
     sampling_error: float
     band_error: float
+    rgb_lx: float | None = None
 
     def __repr__(self) -> str:
         return (f"Reading({self.name!r}: {self.total_lx:.2f} ± {self.uncertainty:.2g} lx, of which "
@@ -61,3 +64,8 @@ class Reading:
     def total_lx(self) -> float:
         """Illuminance [lx]."""
         return self.direct_lx + self.indirect_lx
+
+    @property
+    def rgb_error_percent(self) -> float | None:
+        """100 (RGB ÷ 31 bands − 1) of the total illuminance [%]; None if dark or not known."""
+        return None if self.rgb_lx is None else rgb_error_percent(self.rgb_lx, self.total_lx)

@@ -7,10 +7,12 @@ import numpy as np
 from renderer.colour.lamps import mean_light
 from renderer.readings.alpha_opic import RECEPTORS, alpha_opic, daylight_ratio, equivalent_daylight
 from renderer.readings.colorimetry import COLOUR, FARTHEST, chromaticity, colour_of, colour_temperature
+from renderer.readings.finding import rgb_error_percent
 from renderer.readings.glare import Glare
 from renderer.readings.grid import GridReading
 from renderer.readings.reading import Reading
 from renderer.readings.uncertainty import Figure
+from renderer.records.finding import room_finding
 from renderer.scene.scene import Scene
 from renderer.solving.solution import Solution
 
@@ -72,6 +74,7 @@ def reading_record(reading: Reading, lamps: dict | None) -> dict:
                            "total": reading.total_lx, "uncertainty": reading.uncertainty},
         "errors_lx": {"mesh": reading.mesh_error, "sampling": reading.sampling_error,
                       "bands": reading.band_error},
+        "rgb_error_percent": reading.rgb_error_percent,
         **known,
         "change_from_lamps": {key: None if lamps is None or light[key] is None or lamps[key] is None
                               else light[key] - lamps[key] for key in COMPARED},
@@ -99,10 +102,24 @@ def grid_record(reading: GridReading) -> dict:
         "errors_lx": {"mesh": reading.mean.mesh_error, "sampling": reading.mean.sampling_error,
                       "bands": reading.band_error},
         "uniformity": reading.uniformity, "uniformity_uncertainty": reading.uniformity_error,
+        "rgb_error_percent": _grid_errors(reading),
         "points": {"position": grid.points[reading.read].tolist(), "direct_lx": reading.direct.tolist(),
                    "indirect_lx": reading.indirect.tolist(), "total_lx": reading.total.tolist(),
-                   "uncertainty_lx": reading.uncertainty.tolist()},
+                   "uncertainty_lx": reading.uncertainty.tolist(),
+                   "rgb_error_percent": None if reading.rgb is None else [
+                       rgb_error_percent(*pair) for pair in zip(reading.rgb.tolist(), reading.total.tolist(),
+                                                                strict=True)]},
     }
+
+
+def _grid_errors(reading: GridReading) -> dict | None:
+    """RGB against 31 bands [%]: of the mean, and at the point where it is farthest off."""
+    if reading.rgb is None:
+        return None
+    k = reading.worst_point
+    return {"mean": reading.rgb_error_percent,
+            "worst": rgb_error_percent(float(reading.rgb[k]), float(reading.total[k])),
+            "worst_position": reading.grid.points[reading.read][k].tolist()}
 
 
 def escaped(solution: Solution) -> list[dict]:
@@ -122,7 +139,13 @@ def solution_record(solution: Solution, readings: list[Reading], accuracy: float
     """A whole run: its readings, and how far its laws hold."""
     return {**of_run(solution, accuracy, seconds), "lamps": (lamps := lamps_record(solution.scene)),
             "readings": [reading_record(reading, lamps) for reading in readings],
-            "grids": [grid_record(grid) for grid in grids]}
+            "grids": [grid_record(grid) for grid in grids], **_finding_record(solution, readings, grids)}
+
+
+def _finding_record(solution: Solution, readings: list[Reading], grids: list[GridReading]) -> dict:
+    """`finding`, one sentence in a list, where RGB is known beside 31 bands."""
+    found = room_finding(solution.scene.title, readings, grids)
+    return {"finding": [found.sentence]} if found.readings else {}
 
 
 def luminance_record(figure: Figure, position, direction, angle: float | None) -> dict:

@@ -1,5 +1,7 @@
 """What a solved room is asked beyond single photometers: grids, luminances, glare."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from renderer.readings.glare import Glare, rate
@@ -31,9 +33,10 @@ def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading
     own, these, narrow, *rest = np.array(rows).swapaxes(0, 1)
     means = (float(each.sum(axis=1).mean()) for each in (these, narrow))
     meshes, samples = np.split(np.array(rest), [len(mesh_sequence.meshes)])
-    return summarise(
+    found = summarise(
         grid, read, own, meshes, samples, mesh_sequence.steps, solution.quadrature, band_error(*means)
     )
+    return replace(found, rgb=meshes[0].sum(axis=1)) if solution.bands.name == "31" else found
 
 
 def _where(solution: Solution, grid: Grid) -> str:

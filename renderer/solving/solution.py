@@ -49,7 +49,12 @@ class Solution(RadiosityField):
         direct, indirect = self.read(meter)
         return Reading(name, position, normal, direct, indirect.sum(axis=0),
                        self._power(meter, indirect.sum(axis=0)), self.bands,
-                       *self._errors(at))
+                       *self._errors(at), self._rgb_lx(at))
+
+    def _rgb_lx(self, at: Callable[[RadiosityField], Meter]) -> float | None:
+        """The reading in RGB [lx], which the error bar needs anyway; None beside other bands than 31."""
+        own = self.mesh_sequence.meshes[0]
+        return float(own.read_lx(at(own)).sum()) if self.bands.name == "31" else None
 
     def meters(
         self, position: np.ndarray, normal: np.ndarray, where: str

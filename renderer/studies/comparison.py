@@ -10,52 +10,90 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.colour.bands import COMPARED
 from renderer.pictures.camera import View, look
 from renderer.pictures.exr import save_luminance, save_spectral
 from renderer.pictures.image import exposure, outlined, save_png, tone_map, white_balance
 from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
 from renderer.pictures.sheet import Column, save_sheet
 from renderer.pictures.three_d import patches, save_view, save_vtp
+from renderer.readings.finding import Finding, rgb_error_percent
 from renderer.readings.reading import Reading
+from renderer.records.finding import solution_finding
 from renderer.records.json_records import solution_record
 from renderer.scene.scene import Scene
 from renderer.solving.refine import solve_and_read
-from renderer.solving.solution import Solution
+from renderer.solving.solution import Solution, solve_on
 from renderer.solving.transport_store import Progress, TransportStore
 from renderer.system.files import whole_file
 
-CSV_COLUMNS = ("room", "bands", "photometer", "direct_lx", "indirect_lx", "total_lx",
-               "ratio_to_first_room")
+CSV_COLUMNS = ("room", "bands", "photometer", "direct_lx", "indirect_lx", "total_lx", "uncertainty_lx",
+               "ratio_to_first_room", "rgb_error_percent")
+BESIDE = ("rgb", "31")
+"""The band sets of a comparison."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One room in one band set, solved and read."""
+    """One room in one band set, solved and read.
+
+    ratios : of each reading to the first room's of that name; errors : against 31 bands [%]
+    """
 
     stem: str
     solution: Solution
     readings: list[Reading]
     ratios: list[float | None]
+    errors: list[float | None]
     record: dict
+
+    @property
+    def title(self) -> str:
+        """The scene's."""
+        return self.solution.scene.title
+
+    @property
+    def bands(self) -> str:
+        """The band set's name."""
+        return self.solution.bands.name
 
 
 def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, store: TransportStore,
-              progress: Progress) -> list[Case]:
-    """Solve every room in every band set; rooms of one geometry share its form factors."""
+              progress: Progress, prefiltered: bool = False) -> list[Case]:
+    """Solve every room in 31 bands as finely as asked, and on the same transport in RGB; rooms of one
+    geometry share its form factors.
+
+    prefiltered : in RGB with reflectances filtered by the room's own light too
+    """
     cases, first = [], {}
+    beside = ("rgb", "rgb-prefiltered") if prefiltered else ("rgb",)
     for scene, stem in zip(scenes, _stems(scenes), strict=True):
-        for bands in COMPARED:
+        asked = accuracy or scene.solver.accuracy
+        started = time.perf_counter()
+        spectral, readings = solve_and_read(scene, "31", accuracy, seed, store, progress)
+        solved = {"31": (spectral, readings, solution_record(spectral, readings, asked,
+                                                             time.perf_counter() - started))}
+        for bands in beside:
             started = time.perf_counter()
-            solution, readings = solve_and_read(scene, bands, accuracy, seed, store, progress)
+            other = solve_on(scene, scene.band_set(bands), spectral.plan, store, spectral.transport)
+            read = other.photometers()
+            solved[bands] = other, read, solution_record(other, read, asked, time.perf_counter() - started)
+        for bands in (*beside, "31"):
+            solution, read, record = solved[bands]
             if scene is scenes[0]:
-                first[bands] = {r.name: r.total_lx for r in readings}
-            base = [first[bands].get(r.name) for r in readings]
-            ratios = [r.total_lx / b if b else None for r, b in zip(readings, base, strict=True)]
-            record = solution_record(solution, readings, accuracy or scene.solver.accuracy,
-                                     time.perf_counter() - started)
-            cases.append(Case(stem, solution, readings, ratios, record))
+                first[bands] = {r.name: r.total_lx for r in read}
+            base = [first[bands].get(r.name) for r in read]
+            ratios = [r.total_lx / b if b else None for r, b in zip(read, base, strict=True)]
+            errors = [rgb_error_percent(r.total_lx, s.total_lx)
+                      for r, s in zip(read, readings, strict=True)]
+            cases.append(Case(stem, solution, read, ratios, errors, record))
     return cases
+
+
+def findings(cases: list[Case]) -> list[Finding]:
+    """What RGB gets wrong in each room; over its surfaces where it has no photometers."""
+    rgb = {case.stem: case.solution for case in cases if case.bands == "rgb"}
+    return [solution_finding(rgb[case.stem], case.solution, case.readings)
+            for case in cases if case.bands == "31"]
 
 
 def _stems(scenes: list[Scene]) -> list[str]:
@@ -72,9 +110,10 @@ def _stems(scenes: list[Scene]) -> list[str]:
 
 def table(cases: list[Case]) -> list[dict]:
     """One row a room, band set and photometer, with the columns of comparison.csv."""
-    return [dict(zip(CSV_COLUMNS, (case.solution.scene.title, case.solution.bands.name, r.name,
-                                   r.direct_lx, r.indirect_lx, r.total_lx, ratio), strict=True))
-            for case in cases for r, ratio in zip(case.readings, case.ratios, strict=True)]
+    return [dict(zip(CSV_COLUMNS, (case.title, case.bands, r.name, r.direct_lx, r.indirect_lx, r.total_lx,
+                                   r.uncertainty, ratio, error), strict=True))
+            for case in cases
+            for r, ratio, error in zip(case.readings, case.ratios, case.errors, strict=True)]
 
 
 def save_table(cases: list[Case], out: Path) -> list[Path]:
@@ -85,7 +124,8 @@ def save_table(cases: list[Case], out: Path) -> list[Path]:
         writer.writeheader()
         writer.writerows(rows)
     with whole_file(out / "comparison.json") as part:
-        part.write_text(json.dumps({"table": rows, "rooms": [c.record for c in cases]}, indent=1))
+        part.write_text(json.dumps({"finding": [found.sentence for found in findings(cases)], "table": rows,
+                                    "rooms": [case.record for case in cases]}, indent=1))
     return [out / "comparison.csv", out / "comparison.json"]
 
 

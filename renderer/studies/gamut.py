@@ -24,6 +24,7 @@ from renderer.colour.materials import reflectances_in_three
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, d65, munsell_chips
 from renderer.colour.upsampling import UPSAMPLING, clipped_eigen, cube
+from renderer.readings.finding import in_words
 
 METHODS = {**UPSAMPLING, "eigen-clipped": clipped_eigen}
 """Ways from RGB to a spectrum: those a scene may name, and the deck's merely cut off."""
@@ -136,6 +137,21 @@ def ratio(rgb: np.ndarray, spectral: np.ndarray) -> np.ndarray:
     """Spectral over RGB; 1 where both are 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where((rgb == 0) & (spectral == 0), 1.0, spectral / rgb)
+
+
+def rgb_errors(ratios: np.ndarray) -> np.ndarray:
+    """100 (RGB ÷ 31 bands − 1) [%] from ratios of 31 bands to RGB; infinite where RGB alone has light."""
+    with np.errstate(divide="ignore"):
+        return 100 * (1 / ratios - 1)
+
+
+def chips_finding(gamut: Gamut) -> str:
+    """One sentence on the measured paints: how many RGB gets right to 5 %, and which it gets most wrong."""
+    errors = rgb_errors(gamut.ratios(gamut.chips, "rgb")[0])
+    worst = int(np.abs(errors).argmax())
+    return (f"{gamut.place.title}, {gamut.place.readings[0]}: RGB is right to 5 % for "
+            f"{(np.abs(errors) <= 5).mean():.1%} of {len(errors):,} measured paints; it is worst for "
+            f"{gamut.chips.names[worst]}, {in_words(errors[worst])}.")
 
 
 def analyse(place: Place) -> Gamut:

@@ -17,11 +17,22 @@ from renderer.pictures.gamut_charts import (
 )
 from renderer.pictures.gamut_summary import save_named, save_shares
 from renderer.solving.transport_store import Progress
-from renderer.studies.gamut import CEILING, MODELS, NAMED, TOLERANCES, Gamut, Spectra, classify, ratio
+from renderer.studies.gamut import (
+    CEILING,
+    MODELS,
+    NAMED,
+    TOLERANCES,
+    Gamut,
+    Spectra,
+    classify,
+    ratio,
+    rgb_errors,
+)
 from renderer.studies.gamut_tables import named_at, named_ratios, shares
 from renderer.system.files import whole_file
 
-COLUMNS = ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio")
+COLUMNS = ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio",
+           "rgb_error_percent")
 
 
 def save_files(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out: Path,
@@ -48,7 +59,8 @@ def _rows(gamut: Gamut, every: dict[str, Spectra]) -> Iterable[list]:
             by_rgb, by_bands = gamut.compared(spectra, model)
             for k, reading in enumerate(gamut.place.readings):
                 said = _said(reading, model)
-                numbers = np.column_stack([by_rgb[k], by_bands[k], ratio(by_rgb[k], by_bands[k])])
+                apart = ratio(by_rgb[k], by_bands[k])
+                numbers = np.column_stack([by_rgb[k], by_bands[k], apart, rgb_errors(apart)])
                 for colour, row in zip(spectra.rgb, numbers, strict=True):
                     yield [*_short(colour), name, said, *_short(row)]
 

@@ -1,5 +1,6 @@
 """Records of readings as tables to show, and as rows of CSV."""
 
+from renderer.readings.finding import signed
 from renderer.records.json_records import Table
 
 
@@ -26,9 +27,10 @@ def _illuminance(title: str, record: dict) -> Table:
     for r in record["readings"]:
         lux = r["illuminance_lx"]
         rows.append([r["name"], *(f"{lux[k]:.2f}" for k in ("direct", "indirect", "total")),
-                     f"± {lux['uncertainty']:.2g}", f"{r['errors_lx']['bands']:.2g}"])
+                     f"± {lux['uncertainty']:.2g}", f"{r['errors_lx']['bands']:.2g}",
+                     signed(r["rgb_error_percent"])])
     return Table(f"{title}: illuminance", ["photometer", "direct lx", "indirect lx", "total lx", "95 % lx",
-                                           "bands lx"], rows)
+                                           "bands lx", "RGB is off by"], rows)
 
 
 COLOURS = (("CCT K", "cct_K", ".0f"), ("Duv", "duv", "+.4f"), ("Ra", "cri_ra", ".1f"),
@@ -57,9 +59,11 @@ def _grids(title: str, record: dict) -> Table:
         uniformity = "–" if g["uniformity"] is None else \
             f"{g['uniformity']:.3f} ± {g['uniformity_uncertainty']:.1g}"
         rows.append([g["name"], "{} × {}".format(*g["counts"]), str(g["left_out"]),
-                     "{:.3g} × {:.3g}".format(*g["cell_m"]), *figures, uniformity])
+                     "{:.3g} × {:.3g}".format(*g["cell_m"]), *figures, uniformity,
+                     *(("–", "–") if g["rgb_error_percent"] is None else
+                       (signed(g["rgb_error_percent"][k]) for k in ("mean", "worst")))])
     return Table(f"{title}: grids", ["grid", "points", "left out", "cell m", "Ē lx", "E_min lx", "E_max lx",
-                                     "U₀"], rows)
+                                     "U₀", "RGB, mean", "RGB, worst"], rows)
 
 
 def photometer_rows(record: dict) -> list[dict]:
@@ -71,17 +75,20 @@ def photometer_rows(record: dict) -> list[dict]:
         rows.append({"name": r["name"], "x_m": x, "y_m": y, "z_m": z,
                      **{f"normal_{axis}": c for axis, c in zip("xyz", r["normal"], strict=True)},
                      **{f"{key}_lx": lux for key, lux in r["illuminance_lx"].items()},
-                     "bands_lx": r["errors_lx"]["bands"],
+                     "bands_lx": r["errors_lx"]["bands"], "rgb_error_percent": r["rgb_error_percent"],
                      **dict(zip(("cie_x", "cie_y"), r["xy"] or (None, None), strict=True)),
                      **{key: r[key] for _, key, _ in COLOURS},
                      **{f"{name}_edi_lx": opic[name]["edi_lx"] if opic else None for name in
                         ("s_cone", "m_cone", "l_cone", "rhodopic", "melanopic")},
                      "uniformity": None})
-    keys = list(rows[0]) if rows else ["name", "total_lx", "uncertainty_lx", "uniformity"]
+    keys = list(rows[0]) if rows else ["name", "total_lx", "uncertainty_lx", "rgb_error_percent",
+                                       "uniformity"]
     for g in record["grids"]:
+        off = g["rgb_error_percent"] or {"mean": None}
         for key, lux in g["illuminance_lx"].items():
             rows.append({**dict.fromkeys(keys), "name": f"{g['name']}: {key}", "total_lx": lux,
                          "uncertainty_lx": g["uncertainty_lx"][key],
+                         "rgb_error_percent": off["mean"] if key == "mean" else None,
                          "uniformity": g["uniformity"] if key == "mean" else None})
     return rows
 

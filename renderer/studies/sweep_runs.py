@@ -28,7 +28,7 @@ BATCH, PIECES = 16, 4
 TRIES = 3
 """Times in a row that workers may die without a batch done."""
 READ = ("photometer", "direct_lx", "indirect_lx", "total_lx", "uncertainty_lx", "bands_lx", "x", "y",
-        "melanopic_edi_lx", "fault")
+        "melanopic_edi_lx", "rgb_error_percent", "fault")
 
 Rows = list[dict]
 
@@ -81,7 +81,8 @@ def rows_of(base: Base, case: Case, store: TransportStore) -> Rows:
             x, y = (float(part) for part in xyz[:2] / xyz.sum())
             opic = float(equivalent_daylight(reading.power)[-1])
         rows.append(dict(zip(READ, (reading.name, reading.direct_lx, reading.indirect_lx, reading.total_lx,
-                                    reading.uncertainty, reading.band_error, x, y, opic, None), strict=True)))
+                                    reading.uncertainty, reading.band_error, x, y, opic,
+                                    reading.rgb_error_percent, None), strict=True)))
     return rows
 
 

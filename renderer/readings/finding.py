@@ -1,0 +1,195 @@
+"""What RGB gets wrong in a room, as a number and as a sentence."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import fmean
+
+FINE = 0.1
+"""Error bar [%] below which "right" needs no qualification."""
+ROOM_KINDS = frozenset((
+    "atrium", "bathroom", "bedroom", "classroom", "corridor", "gallery", "hall", "kitchen", "laboratory",
+    "library", "lobby", "museum", "office", "room", "shop", "stage", "studio", "ward", "workshop"))
+"""Last words of a title after which a sentence says "the office", not “Office”."""
+
+
+def rgb_error_percent(rgb: float, spectral: float) -> float | None:
+    """100 (RGB ÷ 31 bands − 1) [%] of two illuminances [lx]; None where no light arrives."""
+    return 100 * (rgb / spectral - 1) if spectral > 0 else None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One illuminance in RGB and in 31 bands [lx].
+
+    direct : what of it comes straight from the luminaires [lx]; bar : 95 % half-width of the 31 bands' [lx]
+    """
+
+    name: str
+    rgb: float
+    spectral: float
+    direct: float
+    bar: float
+
+    @property
+    def percent(self) -> float | None:
+        """How far RGB is off [%]; None where no light arrives."""
+        return rgb_error_percent(self.rgb, self.spectral)
+
+    @property
+    def bar_percent(self) -> float:
+        """The error bar [%], below which a difference is not claimed."""
+        return 100 * self.bar / self.spectral if self.spectral > 0 else 0.0
+
+    @property
+    def claimed(self) -> bool:
+        """Whether RGB is off by more than the bar."""
+        return self.percent is not None and is_claimed(self.percent, self.bar_percent)
+
+
+def is_claimed(percent: float, bar: float) -> bool:
+    """Whether an error [%] is larger than its bar [%], and than a hundredth of a per cent."""
+    return abs(percent) > max(bar, 0.01)
+
+
+def of_reading(reading) -> list[Comparison]:
+    """A photometer's reading that knows RGB beside 31 bands; [] for one that does not."""
+    if reading.rgb_lx is None:
+        return []
+    return [Comparison(reading.name, reading.rgb_lx, reading.total_lx, reading.direct_lx,
+                       reading.uncertainty)]
+
+
+def of_grid(reading) -> list[Comparison]:
+    """A grid's mean and the point where RGB is farthest off; [] where RGB is not known."""
+    if reading.rgb is None:
+        return []
+    k, x = reading.worst_point, reading.grid.points[reading.read]
+    at = ", ".join(f"{c:.3g}" for c in x[k])
+    return [Comparison(reading.grid.name, float(reading.rgb.mean()), reading.mean.value,
+                       float(reading.direct.mean()), reading.mean.uncertainty),
+            Comparison(f"{reading.grid.name} at ({at}) m", float(reading.rgb[k]), float(reading.total[k]),
+                       float(reading.direct[k]), float(reading.uncertainty[k]))]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What RGB does to one room: over its readings on average, and where it is worst.
+
+    readings : one a photometer and one a grid (its mean); extremes : further places that may be the worst
+    """
+
+    title: str
+    readings: Sequence[Comparison]
+    extremes: Sequence[Comparison] = ()
+
+    @property
+    def lit(self) -> list[Comparison]:
+        """The readings at which light arrives."""
+        return [one for one in self.readings if one.percent is not None]
+
+    @property
+    def percent(self) -> float | None:
+        """Mean error of RGB over the readings [%]; None without light."""
+        return fmean(one.percent for one in self.lit) if self.lit else None
+
+    @property
+    def bar(self) -> float:
+        """Mean of their error bars [%]."""
+        return fmean(one.bar_percent for one in self.lit) if self.lit else 0.0
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the mean error is larger than its bar."""
+        return self.percent is not None and is_claimed(self.percent, self.bar)
+
+    @property
+    def worst(self) -> Comparison | None:
+        """Where RGB is farthest off, of the places where that is more than the bar; None if nowhere."""
+        places = [one for one in (*self.readings, *self.extremes) if one.claimed]
+        return max(places, key=lambda one: abs(one.percent), default=None)
+
+    @property
+    def amount(self) -> str:
+        """The mean error in words: "5.2 % too bright", "right" or "dark"."""
+        return "dark" if self.percent is None else in_words(self.percent) if self.claimed else "right"
+
+    @property
+    def sentence(self) -> str:
+        """The finding for this room alone."""
+        room = room_name(self.title)
+        if not self.readings:
+            return f"No reading compares RGB with 31 bands in {room}."
+        if self.percent is None:
+            return f"No light arrives at the photometers of {room}: RGB cannot be compared with 31 bands."
+        if self.worst is None:
+            return self._right(room)
+        where = f"at {self.worst.name}, where {share(self.worst)} of the light is direct"
+        if len(self.lit) == 1 and not self.extremes:
+            return f"RGB makes {room} {in_words(self.worst.percent)} {where}."
+        mean = f"RGB makes {room} {self.amount} on average" if self.claimed else \
+            f"RGB is right in {room} on average"
+        over = f" over {len(self.lit)} readings" if len(self.lit) > 1 else ""
+        return f"{mean}{over}; it is worst {where}: {in_words(self.worst.percent)} there."
+
+    def _right(self, room: str) -> str:
+        bar = max(one.bar_percent for one in self.lit)
+        if bar < FINE:
+            return f"RGB is right in {room}."
+        return f"RGB is right in {room}, to within the error bar of ± {bar:.2g} %."
+
+
+def headline(findings: Sequence[Finding]) -> str:
+    """One sentence for several rooms, those that RGB gets wrong first; a room alone has its own sentence."""
+    if len(findings) == 1:
+        return findings[0].sentence
+    wrong = [f"{room_name(f.title)} {f.amount}" for f in findings if f.claimed]
+    right = [room_name(f.title) for f in findings if f.percent is not None and not f.claimed]
+    dark = [room_name(f.title) for f in findings if f.percent is None]
+    parts = []
+    if wrong:
+        parts.append("RGB makes " + listed(wrong))
+    if right:
+        said = f"{listed(right)} {'is' if len(right) == 1 else 'are'} right"
+        parts.append(said if wrong else f"in RGB {said}")
+    if dark:
+        parts.append(f"no light arrives at the photometers of {listed(dark)}")
+    text = "; ".join(parts) + "."
+    return text[0].upper() + text[1:]
+
+
+def in_words(percent: float) -> str:
+    """An error [%] as a person says it: "5.2 % too bright", "0.03 % too dark"."""
+    return f"{digits(abs(percent))} % too {'bright' if percent > 0 else 'dark'}"
+
+
+def signed(percent: float | None) -> str:
+    """An error with its sign: "+5.2 %", "−0.03 %", "0 %"; a dash where it is not known."""
+    if percent is None:
+        return "–"
+    if abs(percent) < 0.005:
+        return "0 %"
+    return f"{'+' if percent > 0 else '−'}{digits(abs(percent))} %"
+
+
+def digits(value: float) -> str:
+    """A positive number to two digits, or to the unit from 10 on."""
+    return f"{value:.0f}" if value >= 9.95 else f"{value:.1f}" if value >= 0.995 else f"{value:.2g}"
+
+
+def share(one: Comparison) -> str:
+    """What of a reading is direct light, in per cent."""
+    return f"{100 * min(1.0, one.direct / one.spectral):.0f} %"
+
+
+def room_name(title: str) -> str:
+    """A room within a sentence: "the grey room" for "Grey room"; other titles in quotes."""
+    words = title.split()
+    if not words or len(words) > 4 or words[-1].lower() not in ROOM_KINDS:
+        return f"“{title}”"
+    first = title[0].lower() if title[1:2].islower() else title[0]
+    return f"the {first}{title[1:]}"
+
+
+def listed(items: Sequence[str]) -> str:
+    """Words in a row: a; a, b; a, b, c."""
+    return ", ".join(items)

@@ -1,0 +1,32 @@
+"""What a sweep's table says of RGB: where it is farthest off, and how often it is right."""
+
+import csv
+from pathlib import Path
+
+from renderer.readings.finding import in_words, is_claimed
+
+OFF = "rgb_error_percent"
+
+
+def sweep_finding(table: Path) -> list[str]:
+    """One sentence on the readings in a sweep's table; [] where none knows RGB beside 31 bands."""
+    with table.open(newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        varied = reader.fieldnames[:reader.fieldnames.index("photometer")]
+        rows = [row for row in reader if row[OFF]]
+    off = [row for row in rows if is_claimed(float(row[OFF]), _bar(row))]
+    if not rows:
+        return []
+    if not off:
+        return [f"RGB is right, to within the error bars, in each of {len(rows)} readings."]
+    worst = max(off, key=lambda row: abs(float(row[OFF])))
+    where = ", ".join(f"{key} {worst[key]}" for key in (*varied, "photometer"))
+    sizes = sorted(abs(float(row[OFF])) for row in rows)
+    return [f"RGB is off by more than the error bar in {len(off)} of {len(rows)} readings, by "
+            f"{sizes[len(sizes) // 2]:.2g} % in the median; it is worst with {where}: "
+            f"{in_words(float(worst[OFF]))}."]
+
+
+def _bar(row: dict) -> float:
+    """The error bar of a reading [%]."""
+    return 100 * float(row["uncertainty_lx"]) / float(row["total_lx"])

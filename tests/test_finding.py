@@ -1,0 +1,112 @@
+"""What RGB gets wrong, as a number and as a sentence: signs, bars, the dark, several rooms."""
+
+import csv
+import json
+
+import pytest
+
+from renderer.readings.finding import (
+    Comparison,
+    Finding,
+    headline,
+    in_words,
+    rgb_error_percent,
+    room_name,
+    signed,
+)
+from renderer.studies.sweep_finding import sweep_finding
+
+
+def room(title, rgb, bar=0.0, name="floor centre"):
+    """A room with one reading of 100 lx in 31 bands, 60 of them direct."""
+    return Finding(title, [Comparison(name, rgb, 100.0, 60.0, bar)])
+
+
+def test_the_error_is_of_rgb_over_31_bands_and_none_in_the_dark():
+    assert rgb_error_percent(105.0, 100.0) == pytest.approx(5.0)
+    assert rgb_error_percent(95.0, 100.0) == pytest.approx(-5.0)
+    assert rgb_error_percent(0.0, 0.0) is None
+
+
+@pytest.mark.parametrize(("percent", "words", "short"), [
+    (5.2, "5.2 % too bright", "+5.2 %"), (31.8, "32 % too bright", "+32 %"),
+    (-0.0312, "0.031 % too dark", "−0.031 %"), (9.96, "10 % too bright", "+10 %"),
+    (0.996, "1.0 % too bright", "+1.0 %"), (401.2, "401 % too bright", "+401 %")])
+def test_an_error_in_words_and_in_short(percent, words, short):
+    assert in_words(percent) == words
+    assert signed(percent) == short
+
+
+def test_what_is_not_known_is_a_dash_and_what_is_nothing_is_nought():
+    assert (signed(None), signed(1e-4)) == ("–", "0 %")
+
+
+def test_several_rooms_make_one_sentence_the_wrong_ones_first():
+    said = headline([room("Grey room", 100.0), room("Red-paint room", 105.2), room("Pure-red room", 131.8)])
+    assert said == ("RGB makes the red-paint room 5.2 % too bright, the pure-red room 32 % too bright; "
+                    "the grey room is right.")
+
+
+def test_one_room_says_where_and_what_is_direct():
+    assert headline([room("Blue room", 97.0)]) == (
+        "RGB makes the blue room 3.0 % too dark at floor centre, where 60 % of the light is direct.")
+
+
+def test_an_error_below_the_bar_is_not_claimed():
+    assert room("Grey room", 100.0).sentence == "RGB is right in the grey room."
+    assert room("Grey room", 100.4, bar=0.5).sentence == \
+        "RGB is right in the grey room, to within the error bar of ± 0.5 %."
+    assert "0.6 % too bright" in room("Grey room", 100.6, bar=0.5).sentence
+    said = headline([room("A", 100.4, 0.5), room("B", 101.0, 0.5)])
+    assert said == "RGB makes “B” 1.0 % too bright; “A” is right."
+
+
+def test_several_readings_give_their_mean_and_the_worst():
+    readings = [Comparison("desk", 101.0, 100.0, 60.0, 0.1), Comparison("wall", 106.0, 200.0, 20.0, 0.1),
+                Comparison("shelf", 97.0, 100.0, 30.0, 0.1)]
+    found = Finding("Office", readings)
+    assert found.percent == pytest.approx((1 - 47 - 3) / 3)
+    assert found.sentence == ("RGB makes the office 16 % too dark on average over 3 readings; it is worst "
+                              "at wall, where 10 % of the light is direct: 47 % too dark there.")
+
+
+def test_errors_that_cancel_are_still_worst_somewhere():
+    readings = [Comparison("desk", 103.0, 100.0, 60.0, 0.1), Comparison("shelf", 97.0, 100.0, 30.0, 0.1)]
+    said = Finding("Office", readings).sentence
+    assert said.startswith("RGB is right in the office on average over 2 readings; it is worst at desk")
+
+
+def test_rooms_without_light_or_reading_say_so():
+    dark = Finding("Cellar", [Comparison("floor", 0.0, 0.0, 0.0, 0.0)])
+    assert dark.sentence.startswith("No light arrives at the photometers of “Cellar”")
+    assert headline([dark, room("Grey room", 100.0)]) == (
+        "In RGB the grey room is right; no light arrives at the photometers of “Cellar”.")
+    assert Finding("Cellar", []).percent is None
+
+
+def test_titles_are_named_as_in_a_sentence():
+    assert room_name("L-shaped room") == "the L-shaped room"
+    assert room_name("Büro 3, Nordseite") == "“Büro 3, Nordseite”"
+
+
+def test_a_sweep_says_where_rgb_is_farthest_off(tmp_path):
+    table = tmp_path / "study.csv"
+    with table.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["scene", "red", "photometer", "total_lx", "uncertainty_lx", "rgb_error_percent"])
+        writer.writerows([["a", "1", "floor", 100, 1, 0.5], ["a", "2", "floor", 100, 1, -7.0],
+                          ["a", "3", "", "", "", ""]])
+    assert sweep_finding(table) == [
+        "RGB is off by more than the error bar in 1 of 2 readings, by 7 % in the median; it is worst with "
+        "scene a, red 2, photometer floor: 7.0 % too dark."]
+
+
+def test_a_photometer_says_it_and_agrees_with_rgb_itself(here, tmp_path):
+    spectral, rgb = (json.loads(here("photometer", "red_room", "--json", "--accuracy", "5%", "--bands", bands,
+                                     cwd=tmp_path).stdout) for bands in ("31", "rgb"))
+    (one,), (other,) = spectral["readings"], rgb["readings"]
+    wanted = 100 * (other["illuminance_lx"]["total"] / one["illuminance_lx"]["total"] - 1)
+    assert one["rgb_error_percent"] == pytest.approx(wanted, abs=2e-3)  # both solved to 2e-6 at least
+    assert other["rgb_error_percent"] is None  # RGB alone does not know 31 bands
+    assert "finding" not in rgb
+    assert "too bright at floor centre" in spectral["finding"][0]
