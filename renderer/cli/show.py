@@ -64,9 +64,10 @@ def _show_readings(cases: list, accuracy: float | None) -> None:
         asked = accuracy or case.solution.scene.solver.accuracy
         warn(case.solution, [r.figure for r in case.readings], asked)
         for r, ratio, error in zip(case.readings, case.ratios, case.errors, strict=True):
-            rows.append([case.title, case.bands, r.name, f"{r.direct_lx:.2f}", f"{r.indirect_lx:.2f}",
-                         f"{r.total_lx:.2f}", f"± {r.uncertainty:.2g}",
-                         "–" if ratio is None else f"{ratio:.3f}", "" if case.bands == "31" else signed(error)])
+            lux = (f"{x:.2f}" for x in (r.direct_lx, r.indirect_lx, r.total_lx))
+            rows.append([case.title, case.bands, r.name, *lux, f"± {r.uncertainty:.2g}",
+                         "–" if ratio is None else f"{ratio:.3f}",
+                         "" if case.bands == "31" else signed(error)])
     show("Illuminance [lx]", ["room", "bands", "photometer", "direct", "indirect", "total", "95 %",
                                "ratio to first room", "off from 31 bands"], rows)
 
