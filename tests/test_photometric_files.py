@@ -95,7 +95,7 @@ def test_units_round_openings_and_factors(read):
     assert (feet.shape.width, feet.shape.length, feet.shape.height) == pytest.approx((0.6096, 1.2192, 0.1524))
     assert feet.distribution.flux == pytest.approx(4 * np.pi * 1.8, rel=1e-3)
     disc = read(ies(np.ones(37), size=(-0.2, 0, 0))).shape
-    assert (disc.length, disc.width, disc.circular) == (0.2, 0.2, True)
+    assert (disc.length, disc.width, disc.name) == (0.2, 0.2, "disc")
     # Before 1995 the second factor was the lamp's; later it may say how the file was made.
     old, new = (
         read(ies(np.ones(37), factors=(1, 0.5, 10), edition=edition)).distribution.flux
@@ -141,11 +141,11 @@ OTHER = ldt(np.full(37, 79.6), [0.0], 1)
         (GOOD.replace("1 1\r\n", "-1 1\r\n", 1), ".ies", "negative intensity"),
         (GOOD.replace("1 1\r\n", "1e308 1\r\n", 1), ".ies", "up to"),
         (GOOD.replace("5 10", "10 5"), ".ies", "do not rise"),
-        (GOOD.replace(" 37 2 1 2 ", " 37 2 3 2 "), ".ies", "type A"),
+        (GOOD.replace(" 37 2 1 2 ", " 37 2 4 2 "), ".ies", "photometric type 4"),
         (GOOD.replace(" 37 2 1 2 ", " 36 2 1 2 "), ".ies", "3 numbers more"),
         (GOOD.replace(" 37 2 1 2 ", " 1e9 2 1 2 "), ".ies", "whole"),
         (GOOD.replace("TILT=NONE", "TILT=/etc/passwd"), ".ies", "not opened"),
-        (GOOD.replace("2 0 0 0", "2 900 1 0"), ".ies", "luminous opening"),
+        (GOOD.replace("2 0 0 0", "2 900000 1 0"), ".ies", "luminous opening"),
         (ies(np.zeros(37)), ".ies", "no light"),
         (GOOD, ".txt", "must end in"),
         (OTHER[:90], ".ldt", "cut short"),

@@ -25,6 +25,15 @@ def new_figure(width: float, height: float, title: str | None = None, dpi: int =
     return figure
 
 
+def drawable(text: str) -> bool:
+    """Whether the charts' font has every letter of a text; one without ideographs draws them as empty
+    boxes."""
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+
+    known = get_font(findfont(FontProperties())).get_charmap()
+    return all(ord(letter) in known for letter in text)
+
+
 def ratio_scale(every, panels: list[np.ndarray], label: str) -> list[np.ndarray]:
     """Give axes that share y a logarithmic scale for ratios, ±20 % shaded; returns what to draw.
 

@@ -8,6 +8,7 @@ from renderer.errors import InputError
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.luminaires.make import make_luminaires
 from renderer.scene.photometric.files import read_photometry
+from renderer.scene.photometric.record import Photometry
 from renderer.scene.room import Room, refuse_outside
 from renderer.scene.schema import LuminaireTable
 
@@ -28,12 +29,26 @@ def resolve_luminaires(tables: list[LuminaireTable], room: Room,
             made = make_luminaires(table, read.get(table.file))
         except ValueError as error:
             raise InputError(f"{where}: {error}.") from None
+        faults += _tilted(table, read.get(table.file), made[0])
         for luminaire in made:
             for point in luminaire.extremes:
                 refuse_outside(room, point, f"{where} {luminaire.name!r} reaches", "Move or shrink it")
         luminaires += made
         lamps += [_lamp(table, path, where)] * len(made)
     return luminaires, lamps, faults
+
+
+def _tilted(table: LuminaireTable, photometry: Photometry | None, luminaire: Luminaire) -> list[str]:
+    """What a luminaire loses by its tilt, in one sentence, where its file states that and it is not 1."""
+    if photometry is None or photometry.tilt is None:
+        return []
+    angle, factor = photometry.tilt.angle(luminaire.normal), photometry.tilt.factor(luminaire.normal)
+    if factor == 1:
+        return []
+    what = ("its `flux` is taken as that of the tilted luminaire" if table.flux is not None
+            else f"{luminaire.lumens:.5g} lm are left")
+    return [f"luminaires {table.name!r} is tilted by {angle:.3g}°, for which {table.file} states the factor "
+            f"{factor:.4g}; {what}."]
 
 
 def _lamp(table: LuminaireTable, path: Path, where: str) -> Spectrum:

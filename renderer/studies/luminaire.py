@@ -1,9 +1,11 @@
 """One photometric file: its flux, angles and spacing, its faults, and its polar diagram."""
 
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 
+from renderer.pictures.charts import drawable
 from renderer.pictures.polar import save_polar
 from renderer.scene.photometric.distribution import Distribution
 from renderer.scene.photometric.record import Photometry
@@ -12,6 +14,8 @@ STEP = 0.1
 """Of γ [°] where an angle is looked for; between steps it is interpolated."""
 BEAM, FIELD = 0.5, 0.1
 """Share of a plane's largest intensity at the beam's and the field's edge."""
+TITLE_LETTERS, TITLE_LINES = 56, 4
+"""Of the diagram's title: letters in a line, and lines."""
 PLANES = {"C0–C180": 0.0, "C90–C270": 90.0}
 
 
@@ -25,8 +29,13 @@ def record_of(photometry: Photometry, path: Path) -> dict:
         "file": str(path), "format": photometry.edition, "name": photometry.title,
         "flux_lm": {"stated": photometry.stated_lumens, "integrated": flux, "lamps": lamps},
         "luminous_m": {"length": shape.length, "width": shape.width, "height": shape.height,
-                       "shape": "round" if shape.circular else "rectangular"},
+                       "shape": shape.name},
+        "projected_area_m2": {name: float(shape.projected_area(np.eye(3)[axis]))
+                              for name, axis in (("nadir", 2), ("C0", 0), ("C90", 1))},
         "max_intensity_cd": table.largest,
+        "max_intensity_at_deg": dict(zip(("C", "gamma"), table.peak, strict=True)),
+        "tilt": photometry.tilt and {"angle_deg": photometry.tilt.degrees.tolist(),
+                                     "factor": photometry.tilt.factors.tolist()},
         "planes": {name: _plane(table, c) for name, c in PLANES.items()},
         "spacing_to_height": {"along C0": spacing(table, 0), "along C90": spacing(table, 90),
                               "square": spacing(table, 45, of_four=True)},
@@ -39,7 +48,8 @@ def record_of(photometry: Photometry, path: Path) -> dict:
 
 def _plane(table: Distribution, c: float) -> dict:
     gamma, intensity = profile(table, c)
-    return {"max_intensity_cd": float(intensity.max()), "at_deg": float(abs(gamma[intensity.argmax()])),
+    at = np.abs(gamma)[intensity >= intensity.max()].min()
+    return {"max_intensity_cd": float(intensity.max()), "at_deg": float(at),
             "beam_angle_deg": opening_angle(gamma, intensity, BEAM),
             "field_angle_deg": opening_angle(gamma, intensity, FIELD)}
 
@@ -95,14 +105,18 @@ def rows_of(record: dict) -> list[list[str]]:
     """The record as rows of a table: quantity, value."""
     flux, size, planes = record["flux_lm"], record["luminous_m"], record["planes"]
     lengths = [f"{1000 * size[k]:.4g}" for k in ("length", "width", "height")]
-    rows = [["name", record["name"] or "–"], ["format", record["format"]],
+    names = wrap(record["name"], TITLE_LETTERS) or ["–"]
+    rows = [*([("name", "")[k > 0], line] for k, line in enumerate(names)), ["format", record["format"]],
             ["flux stated", _said(flux["stated"], "{:.1f} lm")],
             ["flux integrated", f"{flux['integrated']:.1f} lm"],
             ["flux of the lamps", _said(flux["lamps"], "{:.1f} lm")],
-            ["luminous opening", "a point" if not any(size[k] for k in ("length", "width", "height"))
+            ["luminous opening", "a point" if size["shape"] == "point"
              else f"{size['shape']}, {lengths[0]} mm along C0, {lengths[1]} mm along C90, {lengths[2]} mm "
-                  "high"],
-            ["largest intensity", f"{record['max_intensity_cd']:.1f} cd"]]
+                  "high"]]
+    if size["shape"] != "point":
+        rows.append(["its area seen from the nadir, C0, C90",
+                     ", ".join(f"{1e4 * a:.4g}" for a in record["projected_area_m2"].values()) + " cm²"])
+    rows.append(["largest intensity", f"{record['max_intensity_cd']:.1f} cd at " + _direction(record)])
     for name, plane in planes.items():
         rows += [[f"{name}: beam angle (50 %)", _said(plane["beam_angle_deg"], "{:.1f}°")],
                  [f"{name}: field angle (10 %)", _said(plane["field_angle_deg"], "{:.1f}°")],
@@ -118,6 +132,12 @@ def rows_of(record: dict) -> list[list[str]]:
     return rows
 
 
+def _direction(record: dict) -> str:
+    """Where the largest intensity is."""
+    at = record["max_intensity_at_deg"]
+    return (f"C {at['C']:.4g}°, " if at["C"] is not None else "") + f"γ {at['gamma']:.4g}°"
+
+
 def _said(value: float | None, form: str) -> str:
     return "–" if value is None else form.format(value)
 
@@ -128,5 +148,7 @@ def save_diagram(photometry: Photometry, record: dict, path: Path) -> Path:
     scale, unit = (1000 / lamps, "cd/klm") if lamps else (1.0, "cd")
     curves = {name: profile(photometry.distribution, c) for name, c in PLANES.items()}
     curves = {name: (gamma, scale * value) for name, (gamma, value) in curves.items()}
-    return save_polar(record["name"] or Path(record["file"]).name,
+    name = record["name"] if record["name"] and drawable(record["name"]) else Path(record["file"]).name
+    title = "\n".join(wrap(name, TITLE_LETTERS, max_lines=TITLE_LINES, placeholder=" …"))
+    return save_polar(title,
                       f"{record['flux_lm']['integrated']:.0f} lm, {unit}", curves, unit, path)

@@ -9,7 +9,8 @@ from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.luminaires.measured import MeasuredOpening, MeasuredPoint
 from renderer.scene.luminaires.opening import Face
 from renderer.scene.luminaires.outline import ellipse, ellipse_about, rectangle_about
-from renderer.scene.photometric.record import Photometry, Shape
+from renderer.scene.photometric.record import Photometry
+from renderer.scene.photometric.shapes import Cylinder, Ellipsoid, Shape
 
 MIN_OPENING_WIDTH = 1e-3
 """A luminous opening [m] that is a line is this wide."""
@@ -63,13 +64,14 @@ def _measured(table, normal: np.ndarray, along: np.ndarray, photometry: Photomet
     """A luminaire from a photometric file: C0 along `up`, the nadir along `normal`."""
     center, shape = np.array(table.center), photometry.shape
     axes = np.stack([along, np.cross(along, normal), normal])
-    lumens = (photometry.distribution.flux if table.flux is None else table.flux) * table.dimming
+    tilt = photometry.tilt.factor(normal) if photometry.tilt else 1.0
+    lumens = (photometry.distribution.flux * tilt if table.flux is None else table.flux) * table.dimming
     says = {"distribution": photometry.distribution, "axes": axes}
     if not (shape.length or shape.width or shape.height):
         return MeasuredPoint(table.name, center, normal, lumens, **says)
     length, width = max(shape.length, MIN_OPENING_WIDTH), max(shape.width, MIN_OPENING_WIDTH)
     # Seen from the front, C0 to C90 is clockwise.
-    if shape.circular:
+    if isinstance(shape, (Cylinder, Ellipsoid)):
         body = ellipse_about(center, normal, axes[0] * length / 2, -axes[1] * width / 2)
     else:
         body = rectangle_about(center, normal, axes[0] * length, -axes[1] * width)
@@ -84,7 +86,7 @@ KINDS = {"rectangle": _rectangle, "disc": _disc, "point": _point}
 def _opening(shape: Shape, length: float, width: float, axes: np.ndarray) -> tuple[Face, ...]:
     """Front, back and sides of a luminous opening, normals outward."""
     u, v, down = length * axes[0], width * axes[1], shape.height / 2 * axes[2]
-    if not shape.circular:
+    if not isinstance(shape, (Cylinder, Ellipsoid)):
         faces = [Face(down, u, v, axes[2]), Face(-down, u, v, -axes[2])]
         if shape.height:
             for edge, other in ((u, v), (v, u)):

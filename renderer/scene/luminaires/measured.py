@@ -59,7 +59,7 @@ class Measured:
     def geometry(self) -> list[np.ndarray]:
         """What the light that it sends depends on but for its lumens, as arrays."""
         table = self.distribution
-        arrays = [table.azimuth, table.polar, table.candela, np.array(table.tilted), self.axes]
+        arrays = [table.azimuth, table.polar, table.candela, np.array(table.kind.encode()), self.axes]
         return [*super().geometry, *arrays]
 
 

@@ -6,6 +6,8 @@ import numpy as np
 
 from renderer.system.lazy import cached_property
 
+POLES = {"C": ((1, 0), (1, 1), (1, 2)), "B": ((1, 2), (1, 0), (-1, 1)), "A": ((1, 2), (-1, 1), (1, 0))}
+"""Where a goniometer's azimuth of 0, that of 90° and its pole point: sign and which of C0, C90 and nadir."""
 DOWNWARD = 0.25
 """Step [°] of the directions that a flux through half of all directions is summed over."""
 
@@ -16,15 +18,15 @@ class Distribution:
 
     azimuth : (m,) [°], ascending; polar : (n,) [°], ascending, within 0 … 180
     candela : (m, n) [cd]
-    tilted : False where the pole is the nadir (types C and C-γ): polar is γ, azimuth is C.
-        True where it is horizontal (type B): polar is counted from C270 and is 90 − H, azimuth is V,
-        from the nadir toward C0.
+    kind : a key of POLES, the goniometer's type. "C": the pole is the nadir, polar is γ, azimuth is C.
+        "B": it is C270, polar is 90 − H, azimuth is V, from the nadir toward C0.
+        "A": it is C0, polar is 90 − V, azimuth is H, from the nadir toward C270.
     """
 
     azimuth: np.ndarray
     polar: np.ndarray
     candela: np.ndarray
-    tilted: bool = False
+    kind: str = "C"
 
     def intensity(self, away: np.ndarray) -> np.ndarray:
         """Luminous intensity (…) [cd] along directions (…, 3), by components to C0, C90 and nadir."""
@@ -32,7 +34,8 @@ class Distribution:
 
     def toward(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         """The same by components (…) each, of any length."""
-        ahead, aside, pole = (z, x, -y) if self.tilted else (x, y, z)
+        given = x, y, z
+        ahead, aside, pole = (given[axis] if sign > 0 else -given[axis] for sign, axis in POLES[self.kind])
         polar = np.arctan2(np.sqrt(ahead * ahead + aside * aside), pole)
         j, t = self._close.place(polar)
         if self._round:
@@ -82,6 +85,22 @@ class Distribution:
     def largest(self) -> float:
         """Largest intensity [cd]."""
         return float(self.candela.max())
+
+    @cached_property
+    def peak(self) -> tuple[float | None, float]:
+        """Direction C and γ [°] of the largest intensity, that of least C where there are several; C is None
+        where it is straight down or up, or alike all round."""
+        row, column = np.unravel_index(self.candela.argmax(), self.candela.shape)
+        azimuth, polar = np.radians(self.azimuth[row]), np.radians(self.polar[column])
+        ahead, aside, pole = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)
+        direction = np.zeros(3)
+        for (sign, axis), part in zip(POLES[self.kind], (ahead, aside, pole), strict=True):
+            direction[axis] = sign * part
+        gamma = float(np.degrees(np.arctan2(np.hypot(direction[0], direction[1]), direction[2])))
+        if np.hypot(direction[0], direction[1]) < 1e-9 or (self.kind == "C" and self._round):
+            return None, round(gamma, 6)
+        c = round(float(np.degrees(np.arctan2(direction[1], direction[0]))), 6)
+        return c % 360, round(gamma, 6)
 
     @cached_property
     def step(self) -> float:
@@ -137,17 +156,19 @@ def _between(row: np.ndarray, k: np.ndarray, t: np.ndarray) -> np.ndarray:
 def all_round(c: np.ndarray, candela: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """C-planes (m,) [°] and their intensities (m, n), made a whole turn.
 
-    One plane turns about the nadir. Planes of 0 … 90 are mirrored twice; those of 0 … 180 at C0, those of
-    90 … 270 and −90 … 90 at C90; a turn closes with its first plane.
+    One plane turns about the nadir. Planes over a quarter turn between two of C0, C90, C180 and C270 are
+    mirrored at
+    both; those over half a turn at the plane that they begin and end with; a turn closes with its first
+    plane.
     """
     if len(c) == 1:
         return np.array([0.0, 360.0]), np.repeat(candela, 2, axis=0)
-    first, last = c[0], c[-1]
-    if (first, last) in ((0, 90), (90, 270), (-90, 90)):
-        c, candela = np.r_[c, 180 - c], np.vstack([candela, candela])
-    if (first, last) in ((0, 90), (0, 180)):
-        c, candela = np.r_[c, 360 - c], np.vstack([candela, candela])
-    if last - first == 360:
+    first, span = c[0], c[-1] - c[0]
+    if first % 90 == 0 and span in (90, 180):
+        if span == 90:
+            c, candela = np.r_[c, 2 * c[-1] - c], np.vstack([candela, candela])
+        c, candela = np.r_[c, 2 * first - c], np.vstack([candela, candela])
+    if span == 360 and first == 0:
         return c, candela
     c, once = np.unique(np.round(c % 360, 9), return_index=True)
     candela = candela[once]

@@ -3,8 +3,18 @@
 import numpy as np
 
 from renderer.scene.photometric.distribution import Distribution, all_round
-from renderer.scene.photometric.numbers import LINE_END, Numbers, ascending, number, refuse_intensities
-from renderer.scene.photometric.record import Photometry, Shape
+from renderer.scene.photometric.numbers import (
+    LINE_END,
+    Numbers,
+    ascending,
+    checked_intensities,
+    note_poles,
+    note_radiometric,
+    number,
+    opening_in_metres,
+)
+from renderer.scene.photometric.record import Photometry
+from renderer.scene.photometric.shapes import Cylinder, Shape
 
 MOST_PLANES = 721
 MOST_ANGLES = 721
@@ -17,6 +27,7 @@ SHARE_OFF = 2.0
 def read_eulumdat(text: str) -> Photometry:
     """The photometry that the text of an EULUMDAT file states. Raises ValueError with a sentence."""
     lines, faults = LINE_END.split(text), []
+    note_radiometric(lines[:12], faults)
 
     def field(line: int, what: str) -> float:
         if line > len(lines):
@@ -28,7 +39,7 @@ def read_eulumdat(text: str) -> Photometry:
         value = field(line, what)
         if value != int(value) or not low <= value <= high:
             raise ValueError(f"has {value:g} for {what}, line {line}; must be a whole number from {low} to "
-                             f"{high}. Mend it")
+                             f"{high}. Correct it")
         return int(value)
 
     symmetry = whole(3, "the symmetry Isym", 0, 4)
@@ -38,14 +49,14 @@ def read_eulumdat(text: str) -> Photometry:
     downward, light_output, conversion = (field(k, what) for k, what in (
         (22, "the downward flux fraction"), (23, "the light output ratio"), (24, "the conversion factor")))
     if min(length, width, *heights) < 0:
-        raise ValueError("has a negative length in the luminous area, lines 16 to 21. Mend it")
+        raise ValueError("has a negative length in the luminous area, lines 16 to 21. Correct it")
     sets = whole(26, "the number of lamp sets", 1, 100)
     lamps = field(27, "the number of lamps")
     lumens = field(29, "the lamps' flux")
     watts = field(32, "the lamps' watts")
     if not 0 < lumens < 1e12:
         raise ValueError(f"has {lumens:g} lm for the lamps' flux, line 29, on which its intensities depend; "
-                         "must be above 0. Mend it")
+                         "must be above 0. Correct it")
     if sets > 1:
         faults.append(f"it offers {sets} sets of lamps; the first is taken, {lumens:g} lm")
     factor = 1.0
@@ -63,8 +74,8 @@ def read_eulumdat(text: str) -> Photometry:
     given = _given(symmetry, planes)
     candela = numbers.take(len(given) * n_angles, "the intensities").reshape(len(given), n_angles)
     numbers.refuse_rest(faults)
-    candela = candela * factor * lumens / 1000
-    refuse_intensities(candela)
+    candela = checked_intensities(candela * factor * lumens / 1000, faults)
+    note_poles(gamma, candela, faults)
     if gamma[0] != 0 or gamma[-1] not in (90, 180):
         faults.append(f"its angles γ go from {gamma[0]:g} to {gamma[-1]:g}°, not from 0 to 90 or 180; beyond "
                       "them it gives no light")
@@ -75,8 +86,9 @@ def read_eulumdat(text: str) -> Photometry:
     if abs(down - downward) > SHARE_OFF:
         faults.append(f"it states a downward flux fraction of {downward:g} %; its intensities give "
                       f"{down:.3g} %")
+    opening_in_metres([length, width, *heights], "millimetres", faults)
     # Length lies across C0, as a tube does in the European convention.
-    shape = Shape(width or length, length, float(np.mean(heights)), circular=width == 0)
+    shape = (Shape if width or not length else Cylinder)(width or length, length, float(np.mean(heights)))
     return Photometry("EULUMDAT", lines[8].strip(), distribution, lumens if lamps > 0 else None, stated,
                       watts if 0 < watts < 1e7 else None, shape, tuple(faults))
 
@@ -88,7 +100,7 @@ def _given(symmetry: int, planes: np.ndarray) -> np.ndarray:
     if symmetry == 0:
         if planes[0] != 0 or (len(planes) > 1 and 360 - planes[-1] > 1.5 * np.diff(planes).max()):
             raise ValueError(f"has C-planes from {planes[0]:g} to {planes[-1]:g} and no symmetry (Isym 0); "
-                             "they must go all round from 0. Mend them")
+                             "they must go all round from 0. Correct them")
         return planes
     if symmetry == 3:
         given, ends = np.r_[planes[planes >= 270] - 360, planes[planes <= 90]], (-90, 90)
@@ -97,7 +109,7 @@ def _given(symmetry: int, planes: np.ndarray) -> np.ndarray:
         given = planes[planes <= ends[1]]
     if len(given) < 2 or (given[0], given[-1]) != ends:
         raise ValueError(f"has the symmetry Isym {symmetry}, but no C-planes at {ends[0] % 360} and "
-                         f"{ends[1]} degrees. Mend them")
+                         f"{ends[1]} degrees. Correct them")
     return given
 
 

@@ -7,6 +7,7 @@ from renderer.errors import InputError
 from renderer.scene.photometric.eulumdat import read_eulumdat
 from renderer.scene.photometric.lm63 import read_lm63
 from renderer.scene.photometric.record import Photometry
+from renderer.system.charsets import decode
 
 READERS = {".ies": read_lm63, ".ldt": read_eulumdat}
 MAX_FILE_BYTES = 16_000_000
@@ -47,9 +48,4 @@ def _text(path: Path) -> str:
                          "Give another")
     if not data.strip():
         raise ValueError("is empty. Get it again")
-    if b"\0" in data:
-        raise ValueError("is no plain text (it holds zero bytes). Save it as text, in Latin-1 or UTF-8")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+    return decode(data)

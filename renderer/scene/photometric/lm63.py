@@ -1,114 +1,245 @@
 """Reading IES LM-63 photometric files, of 1986, 1991, 1995, 2002 and 2019."""
 
 import re
+from dataclasses import dataclass
 
 import numpy as np
 
 from renderer.scene.photometric.distribution import Distribution, all_round
-from renderer.scene.photometric.numbers import LINE_END, Numbers, ascending, refuse_intensities, within
-from renderer.scene.photometric.record import Photometry, Shape
+from renderer.scene.photometric.numbers import (
+    LINE_END,
+    Numbers,
+    ascending,
+    checked_intensities,
+    note_poles,
+    note_radiometric,
+    opening_in_metres,
+    within,
+)
+from renderer.scene.photometric.record import Photometry, Tilt
+from renderer.scene.photometric.shapes import Shape, shape_of_lm63
 
 FEET = 0.3048
 MOST_ANGLES = 4000
 FIELDS = ("number of lamps", "lumens per lamp", "candela multiplier", "number of vertical angles",
-          "number of horizontal angles", "photometric type", "units type", "width", "length", "height",
-          "ballast factor", "ballast-lamp factor", "input watts")
+          "number of horizontal angles", "photometric type", "units type", "width", "length", "height")
+FACTORS = ("ballast factor", "ballast-lamp factor", "input watts")
+KINDS = {1: "C", 2: "B", 3: "A"}
 NOMINAL = 0.02
 """How far the lamps' lumens may be below the light measured before something must be wrong."""
+EDITION = re.compile(r"\s*IES(?:NA)?[\s:_-]*(?:LM[\s-]?63[\s:-]*)?(?P<year>\d{4}|\d{2})\b", re.IGNORECASE)
+TILT = re.compile(r"\s*TILT\s*=\s*(?P<which>.*?)\s*$", re.IGNORECASE)
+GENERATION_TYPE = re.compile(r"1\.[01]{5}")
+"""How an LM-63-2019 file was made, a digit for each question, where earlier ones have the ballast-lamp
+factor."""
+STANDARD_RANGES = ((0, 90), (0, 180), (90, 270), (0, 360))
+"""Horizontal angles [°], from and to, that LM-63 knows for type C."""
+
+
+@dataclass(frozen=True)
+class _Head:
+    """What stands before the numbers.
+
+    year : of the edition; edition : as the file writes it; body : index of the first line after TILT=
+    """
+
+    year: int
+    edition: str
+    title: str
+    tilt: str
+    body: int
 
 
 def read_lm63(text: str) -> Photometry:
     """The photometry that the text of an LM-63 file states. Raises ValueError with a sentence."""
-    lines = LINE_END.split(text)
-    tilt = next((k for k, line in enumerate(lines) if line.strip().upper().startswith("TILT")), None)
-    if tilt is None:
-        raise ValueError("has no line TILT=, so it is no IES LM-63 file or is cut short. Get it again")
-    edition = lines[0].strip() if lines[0].strip().upper().startswith(("IES", "IESNA")) else "LM-63-1986"
-    keywords = _keywords(lines[:tilt])
-    numbers, faults = Numbers("\n".join(lines[tilt + 1:])), []
-    _skip_tilt(lines[tilt].partition("=")[2].strip(), numbers, faults)
+    lines, faults = LINE_END.split(text), []
+    head = _head(lines, faults)
+    _refuse_decimal_commas(lines, head.body, head.tilt)
+    numbers = Numbers("\n".join(lines[head.body:]))
+    tilt = _tilt(head.tilt, numbers, faults)
     field = {name: numbers.next(f"the {name}") for name in FIELDS}
-    kind = field["photometric type"]
-    if kind == 3:
-        raise ValueError("is type A photometry, for vehicles, which is not read; types C and B are. Convert "
-                         "it")
-    if kind not in (1, 2):
-        raise ValueError(f"has the photometric type {kind:g}; must be 1 (C) or 2 (B). Mend it")
-    vertical = np.array([numbers.next("a vertical angle") for _ in _count(field, "vertical")])
-    horizontal = np.array([numbers.next("a horizontal angle") for _ in _count(field, "horizontal")])
+    if field["photometric type"] not in KINDS:
+        raise ValueError(f"has the photometric type {field['photometric type']:g}; must be 1 (C), 2 (B) or 3 "
+                         "(A). Correct it")
+    counts = [_whole(field[f"number of {which} angles"], f"number of {which} angles")
+              for which in ("vertical", "horizontal")]
+    _refuse_missing_factors(numbers, *counts)
+    year = head.year if head.year or not _is_generation_type(numbers, faults) else 2019
+    field |= {name: numbers.next(f"the {name}") for name in FACTORS}
+    vertical, horizontal = (np.array([numbers.next(f"a {which} angle") for _ in range(count)])
+                            for which, count in zip(("vertical", "horizontal"), counts, strict=True))
     candela = numbers.take(len(vertical) * len(horizontal), "the candela values")
     numbers.refuse_rest(faults)
     factor = within(field, "candela multiplier", 1e-9, 1e9) * within(field, "ballast factor", 1e-3, 10)
-    if edition.upper() == "LM-63-1986" or edition.upper().startswith("IESNA91"):
+    if year < 1995:
         # Later editions keep this field free, or say in it how the file was made.
         factor *= within(field, "ballast-lamp factor", 1e-3, 10)
-    candela = candela.reshape(len(horizontal), len(vertical)) * factor
-    refuse_intensities(candela)
-    distribution = (_type_c if kind == 1 else _type_b)(vertical, horizontal, candela, faults)
+    candela = checked_intensities(candela.reshape(len(horizontal), len(vertical)) * factor, faults)
+    kind = KINDS[field["photometric type"]]
+    distribution = (_type_c(vertical, horizontal, candela, faults) if kind == "C"
+                    else _type_a_or_b(vertical, horizontal, candela, kind, faults))
     lamps = _lamp_lumens(field, distribution.flux / factor * field["candela multiplier"], faults)
-    return Photometry(edition, keywords.get("LUMINAIRE", keywords.get("LUMCAT", "")), distribution,
-                      lamps and lamps * field["ballast factor"], None,
+    return Photometry(head.edition, head.title, distribution, lamps and lamps * field["ballast factor"], None,
                       field["input watts"] if 0 < field["input watts"] < 1e7 else None,
-                      _shape(field, faults), tuple(faults))
+                      _shape(field, year, faults), tuple(faults), tilt)
 
 
-def _keywords(lines: list[str]) -> dict[str, str]:
-    found = (re.match(r"\s*\[([^\]]*)\]\s*(.*)", line) for line in lines)
-    return {match[1].upper(): match[2].strip() for match in reversed([*found]) if match}
+def _head(lines: list[str], faults: list[str]) -> _Head:
+    """The lines before the numbers; year 0 where no edition is named, as before 1991."""
+    found = {k: match["which"] for k, line in enumerate(lines) if (match := TILT.match(line))}
+    tilt = next((k for k, which in found.items() if which.upper() in ("NONE", "INCLUDE")),
+                next(iter(found), None))
+    if tilt is None:
+        raise ValueError("has no line TILT=, so it is no IES LM-63 file or is cut short. Get it again")
+    named = next((match for line in lines[:tilt] if (match := EDITION.match(line))), None)
+    year = int(named["year"]) if named else 0
+    year += 0 if not 0 < year < 100 else 1900 if year > 50 else 2000
+    edition = " ".join(named.string.split()) if named else "LM-63-1986"
+    note_radiometric(lines[:tilt], faults)
+    return _Head(year, edition, _title(lines[:tilt], bool(named)), found[tilt], tilt + 1)
 
 
-def _skip_tilt(tilt: str, numbers: Numbers, faults: list[str]) -> None:
-    if tilt.upper() == "NONE":
+def _title(lines: list[str], has_keywords: bool) -> str:
+    """The luminaire's name by its keyword, lines of [MORE] appended; in the first editions the first
+    label."""
+    keywords, last = {}, None
+    for line in lines:
+        match = re.match(r"\s*\[([^\]]*)\]\s*(.*)", line)
+        if not match:
+            continue
+        name, value = match[1].strip().upper(), match[2].strip()
+        if name == "MORE" and last is not None:
+            keywords[last] = f"{keywords[last]} {value}".strip()
+        elif name not in keywords:
+            keywords[name], last = value, name
+        else:  # given again, so [MORE] behind it is not of the first
+            last = None
+    plain = "" if has_keywords or keywords else ", ".join(line.strip() for line in lines if line.strip())
+    return keywords.get("LUMINAIRE") or keywords.get("LUMCAT") or plain
+
+
+def _refuse_decimal_commas(lines: list[str], start: int, tilt: str) -> None:
+    """Raise ValueError where the counts are right only if commas between digits are decimal ones."""
+    at = next((k for k in range(start, len(lines)) if re.search(r"\d,\d", lines[k])), None)
+    if at is None:
         return
-    if tilt.upper() != "INCLUDE":
-        raise ValueError(f"says TILT={tilt[:40]}, another file, which is not opened; only TILT=NONE and "
+    cells = " ".join(lines[start:]).replace(",", ".").split()
+    try:
+        first = 2 + 2 * int(cells[1]) if tilt.upper() == "INCLUDE" else 0
+        numbers = [float(cell) for cell in cells]
+        n_vertical, n_horizontal = (int(cells[first + FIELDS.index(f"number of {which} angles")])
+                                    for which in ("vertical", "horizontal"))
+    except (ValueError, IndexError):
+        return
+    wanted = len(FIELDS) + len(FACTORS) + n_vertical + n_horizontal + n_vertical * n_horizontal
+    if len(numbers) - first == wanted:
+        raise ValueError(f"writes its decimals with a comma: line {at + 1} is "
+                         f"{' '.join(lines[at].split())[:40]!r}, "
+                         "and in LM-63 a comma parts two numbers. Write decimal points")
+
+
+def _refuse_missing_factors(numbers: Numbers, n_vertical: int, n_horizontal: int) -> None:
+    """Raise ValueError where the line of factors and watts is left out, the angles following at once."""
+    if numbers.left != n_vertical + n_horizontal + n_vertical * n_horizontal:
+        return
+    try:
+        angles = [float(token) for token in numbers.ahead(n_vertical)]
+    except ValueError:
+        return
+    if angles[0] in (-90, 0, 90) and angles == sorted(angles):
+        raise ValueError(f"has no line with the {FACTORS[0]}, the {FACTORS[1]} and the {FACTORS[2]} before "
+                         f"its "
+                         "vertical angles. Put it there; for an LED luminaire it is 1 1 and the watts")
+
+
+def _is_generation_type(numbers: Numbers, faults: list[str]) -> bool:
+    """Whether the ballast-lamp factor of a file that names no edition says how the file was made instead."""
+    factors = numbers.ahead(len(FACTORS))
+    if len(factors) < 2 or not GENERATION_TYPE.fullmatch(factors[1]):
+        return False
+    faults.append(f"it names no edition; its {factors[1]} is written as the file generation type of "
+                  "LM-63-2019 and taken for that, not for a ballast-lamp factor")
+    return True
+
+
+def _tilt(which: str, numbers: Numbers, faults: list[str]) -> Tilt | None:
+    if which.upper() == "NONE":
+        return None
+    if which.upper() != "INCLUDE":
+        raise ValueError(f"says TILT={which[:40]}, another file, which is not opened; only TILT=NONE and "
                          "TILT=INCLUDE are read. Put TILT=NONE for a lamp whose light does not depend on "
                          "its tilt")
     numbers.next("the lamp's geometry")
     count = _whole(numbers.next("the number of tilt angles"), "number of tilt angles")
-    numbers.take(2 * count, "the tilt angles and factors")
-    faults.append("it says how the lamp's light depends on its tilt (TILT=INCLUDE); that is not applied")
-
-
-def _count(field: dict[str, float], which: str) -> range:
-    return range(_whole(field[f"number of {which} angles"], f"number of {which} angles"))
+    angles = numbers.take(count, "the tilt angles")
+    factors = numbers.take(count, "the tilt factors")
+    ascending(angles, "tilt angles", 0, 180)
+    if factors.min() < 0 or factors.max() > 10:
+        raise ValueError(f"has tilt factors from {factors.min():g} to {factors.max():g}; must be from 0 to "
+                         f"10. "
+                         "Correct them")
+    if np.ptp(factors) > 0 or factors[0] != 1:
+        faults.append("its light depends on its tilt (TILT=INCLUDE): times "
+                      + ", ".join(f"{f:g} at {a:g}°" for f, a in zip(factors[:7], angles[:7], strict=True))
+                      + (" …" if count > 7 else "") + "; the values here are without that factor, a room "
+                                                      "applies "
+                      "it for the luminaire's `normal`")
+    return Tilt(angles, factors)
 
 
 def _whole(value: float, name: str) -> int:
     if value != int(value) or not 1 <= value <= MOST_ANGLES:
-        raise ValueError(f"has the {name} {value:g}; must be a whole number from 1 to {MOST_ANGLES}. Mend it")
+        raise ValueError(f"has the {name} {value:g}; must be a whole number from 1 to {MOST_ANGLES}. "
+                         f"Correct it")
     return int(value)
 
 
 def _type_c(vertical, horizontal, candela, faults: list[str]) -> Distribution:
     ascending(vertical, "vertical angles", 0, 180, least=2)
-    ascending(horizontal, "horizontal angles", 0, 360)
+    ascending(horizontal, "horizontal angles", -180, 360)
     first, last = horizontal[0], horizontal[-1]
     if vertical[0] not in (0, 90) or vertical[-1] not in (90, 180):
         faults.append(f"its vertical angles go from {vertical[0]:g} to {vertical[-1]:g}°, not from 0 or 90 "
                       "to 90 or 180; beyond them it gives no light")
-    if len(horizontal) > 1 and (first, last) not in ((0, 90), (0, 180), (90, 270), (0, 360)):
-        if first != 0 or 360 - last > 1.5 * np.diff(horizontal).max():
-            raise ValueError(f"has horizontal angles from {first:g} to {last:g}; must be 0 alone, 0 to 90, 0 "
-                             "to 180, 90 to 270 or 0 to 360. Mend it")
-        faults.append(f"its horizontal angles end at {last:g}°; the plane of 0° closes the turn")
-    if vertical[0] == 0 and np.ptp(candela[:, 0]) > 0.05 * candela[:, 0].max():
-        faults.append("straight down it has different intensities in different planes, "
-                      f"{candela[:, 0].min():g} to {candela[:, 0].max():g} cd")
+    if len(horizontal) > 1 and (first, last) not in STANDARD_RANGES:
+        _note_range(horizontal, faults)
+    note_poles(vertical, candela, faults)
     azimuth, candela = all_round(horizontal, candela)
     return Distribution(azimuth, vertical, candela)
 
 
-def _type_b(vertical, horizontal, candela, faults: list[str]) -> Distribution:
+def _note_range(horizontal: np.ndarray, faults: list[str]) -> None:
+    """Note how horizontal angles [°] that LM-63 does not know for type C are completed. Raises ValueError
+    where
+    they cannot be."""
+    first, last = horizontal[0], horizontal[-1]
+    span = last - first
+    if first % 90 == 0 and span in (90, 180):
+        how = f"mirrored at {first:g} and {last:g}°"
+    elif span == 360:
+        how = "taken as a whole turn"
+    elif span < 360 and 360 - span <= 1.5 * np.diff(horizontal).max():
+        how = f"closed by the plane of {first:g}°"
+    else:
+        raise ValueError(f"has horizontal angles from {first:g} to {last:g}; must be 0 alone, 0 to 90, 0 "
+                         "to 180, 90 to 270 or 0 to 360. Correct them")
+    faults.append(f"its horizontal angles go from {first:g} to {last:g}°, which LM-63 does not know; they "
+                  f"are {how}")
+
+
+def _type_a_or_b(vertical, horizontal, candela, kind: str, faults: list[str]) -> Distribution:
     ascending(vertical, "vertical angles", -90, 90, least=2)
-    ascending(horizontal, "horizontal angles", -90, 90, least=2)
+    most = 180 if kind == "A" else 90
+    ascending(horizontal, "horizontal angles", -most, most, least=2)
     if horizontal[0] == 0:
         horizontal, candela = np.r_[-horizontal[:0:-1], horizontal], np.vstack([candela[:0:-1], candela])
     upright = vertical[0] in (-90, 0) and vertical[-1] in (0, 90)
-    if not upright or (horizontal[0], horizontal[-1]) != (-90, 90):
+    if not upright or (horizontal[0], horizontal[-1]) not in ((-90, 90), (-180, 180)):
         faults.append(f"its angles go from {horizontal[0]:g} to {horizontal[-1]:g}° and {vertical[0]:g} to "
                       f"{vertical[-1]:g}°, not to 90; beyond them it gives no light")
-    return Distribution(vertical, 90 - horizontal[::-1], candela[::-1].T, tilted=True)
+    if kind == "A":
+        return Distribution(horizontal, 90 - vertical[::-1], candela[:, ::-1], kind="A")
+    return Distribution(vertical, 90 - horizontal[::-1], candela[::-1].T, kind="B")
 
 
 def _lamp_lumens(field: dict[str, float], flux: float, faults: list[str]) -> float | None:
@@ -126,18 +257,11 @@ def _lamp_lumens(field: dict[str, float], flux: float, faults: list[str]) -> flo
     return lamps
 
 
-def _shape(field: dict[str, float], faults: list[str]) -> Shape:
+def _shape(field: dict[str, float], year: int, faults: list[str]) -> Shape:
     """The luminous opening: length along C0, width across it (LM-63-2002, 5.11 and its annex on shapes)."""
     unit = field["units type"]
     if unit not in (1, 2):
         faults.append(f"its units type is {unit:g}, neither 1 (feet) nor 2 (metres); metres are taken")
-    metre = FEET if unit == 1 else 1.0
-    width, length, height = (field[name] * metre for name in ("width", "length", "height"))
-    # Negative says round: a diameter where the other is 0, else an ellipse's axis.
-    circular = min(width, length) < 0
-    if circular and not (width and length):
-        width = length = max(abs(width), abs(length))
-    elif height < 0:  # a lying cylinder, or a sphere, has the thickness |height| across it
-        width, length = width or -height, length or -height
-        faults.append("its luminous opening is a lying cylinder; the box around that is taken")
-    return Shape(abs(length), abs(width), abs(height), circular)
+    size = [field[name] * (FEET if unit == 1 else 1.0) for name in ("width", "length", "height")]
+    size = opening_in_metres(size, "feet" if unit == 1 else "metres", faults)
+    return shape_of_lm63(*size, year >= 2002, faults)

@@ -11,6 +11,16 @@ LINE_END = re.compile(r"\r\n|\r|\n")
 """str.splitlines would also part a line at Latin-1's 0x85."""
 MAX_NUMBER = 1e15
 """Largest number of any kind."""
+NEGATIVE_NOISE = 0.01
+"""Share of the largest intensity by which another may be below 0 and still be the instrument's noise."""
+POLE_SPREAD = 0.05
+"""Share by which the intensities straight down, or up, of one luminaire may differ from plane to plane."""
+RADIOMETRIC = re.compile(r"radiometric|\b[mµu]?W\s*/\s*sr\b|watts?\s+per\s+steradian|radiant\s+intensity"
+                         r"|[µμu]mol|photosynthetic|\bPPFD?\b", re.IGNORECASE)
+LONGEST_OPENING = 5.0
+"""Side of a luminous opening [m] past which it is said."""
+MILLIMETRES_FROM = 20.0
+"""Side [m] from which an opening in metres can only be one in millimetres."""
 
 
 class Numbers:
@@ -20,30 +30,42 @@ class Numbers:
         self._tokens = [t for t in re.split(r"[\s,;\x1a]+", text) if t]
         self._next = 0
 
+    @property
+    def left(self) -> int:
+        """How many are still to come."""
+        return len(self._tokens) - self._next
+
     def next(self, what: str) -> float:
         """The next number. Raises ValueError where there is none, or something else."""
-        if self._next == len(self._tokens):
+        if not self.left:
             raise ValueError(f"ends before {what}; it is cut short, or its counts are wrong. Get it again")
         token = self._tokens[self._next]
         self._next += 1
         return number(token, what)
 
+    def ahead(self, count: int) -> list[str]:
+        """The next few as they stand in the text; fewer where it ends."""
+        return self._tokens[self._next:self._next + count]
+
     def take(self, count: int, what: str) -> np.ndarray:
         """The next numbers (count,). Raises ValueError where there are not so many."""
-        left = len(self._tokens) - self._next
-        if left < count:
-            raise ValueError(f"has {left} numbers where {what} must be {count}; it is cut short, or its "
+        if self.left < count:
+            raise ValueError(f"has {self.left} numbers where {what} must be {count}; it is cut short, or its "
                              "counts are wrong. Get it again")
         return np.array([self.next(what) for _ in range(count)])
 
     def refuse_rest(self, faults: list[str]) -> None:
-        """Raise ValueError where numbers are left over; note other text."""
+        """Raise ValueError where numbers other than 0 are left over; note zeros and other text."""
         rest = self._tokens[self._next:]
         if not rest:
             return
+        if all(re.fullmatch(r"[+-]?0*\.?0*(e[+-]?\d+)?", token, re.IGNORECASE) for token in rest):
+            faults.append(f"it has {len(rest)} zero{'s' * (len(rest) > 1)} after its last number, which "
+                          f"{'are' if len(rest) > 1 else 'is'} not read")
+            return
         if re.match(r"[+-]?\.?\d", rest[0]):
             raise ValueError(f"has {len(rest)} numbers more than its counts say, so which are which is not "
-                             "known. Mend the counts")
+                             "known. Correct the counts")
         faults.append(f"it goes on after its last number with {rest[0][:20]!r}, which is not read")
 
 
@@ -54,40 +76,81 @@ def number(token: str, what: str) -> float:
             raise ValueError
         value = float(token)
     except ValueError:
-        raise ValueError(f"has {token[:20]!r} for {what}; must be a number. Mend it") from None
+        raise ValueError(f"has {token[:20]!r} for {what}; must be a number. Correct it") from None
     if not isfinite(value) or abs(value) > MAX_NUMBER:
-        raise ValueError(f"has {token[:20]} for {what}; must be a number up to {MAX_NUMBER:.0e}. Mend it")
+        raise ValueError(f"has {token[:20]} for {what}; must be a number up to {MAX_NUMBER:.0e}. Correct it")
     return value
 
 
 def within(field: dict[str, float], name: str, low: float, high: float) -> float:
     """A field's value. Raises ValueError where it is not between two limits."""
     if not low <= field[name] <= high:
-        raise ValueError(f"has the {name} {field[name]:g}; must be from {low:g} to {high:g}. Mend it")
+        raise ValueError(f"has the {name} {field[name]:g}; must be from {low:g} to {high:g}. Correct it")
     return field[name]
 
 
 def ascending(angles: np.ndarray, name: str, low: float, high: float, least: int = 1) -> None:
     """Raise ValueError where angles [°] do not rise, or leave their range."""
     if len(angles) < least:
-        raise ValueError(f"has {len(angles)} {name}; at least {least} are needed. Mend it")
+        raise ValueError(f"has {len(angles)} {name}; at least {least} are needed. Correct the file")
     back = np.flatnonzero(np.diff(angles) < 1e-6)
     if len(back):
         a, b = angles[back[0]], angles[back[0] + 1]
-        raise ValueError(f"has {name} that do not rise: {b:g} after {a:g}. Mend or remove one")
+        raise ValueError(f"has {name} that do not rise: {b:g} after {a:g}. Correct or remove one")
     if angles[0] < low or angles[-1] > high:
         raise ValueError(f"has {name} from {angles[0]:g} to {angles[-1]:g}; must be within {low:g} to "
-                         f"{high:g} degrees. Mend them")
+                         f"{high:g} degrees. Correct them")
 
 
-def refuse_intensities(candela: np.ndarray) -> None:
-    """Raise ValueError where intensities (m, n) [cd] are negative, absurd or all nothing."""
-    if candela.min() < 0:
-        row, column = np.unravel_index(candela.argmin(), candela.shape)
-        raise ValueError(f"has a negative intensity, {candela.min():g} cd, value {column + 1} of plane "
-                         f"{row + 1}; light is not negative. Put 0 there if it is noise")
+def checked_intensities(candela: np.ndarray, faults: list[str]) -> np.ndarray:
+    """Intensities (m, n) [cd] with the noise below 0 set to 0, which is noted.
+
+    Raises ValueError where they are negative, absurd or all nothing.
+    """
     if candela.max() > MAX_INTENSITY_CD:
         raise ValueError(f"has an intensity of {candela.max():g} cd; must be up to "
                          f"{MAX_INTENSITY_CD:.0e}. Correct the file")
+    if candela.min() < -NEGATIVE_NOISE * max(candela.max(), 0.0):
+        row, column = np.unravel_index(candela.argmin(), candela.shape)
+        raise ValueError(f"has a negative intensity, {candela.min():g} cd, value {column + 1} of plane "
+                         f"{row + 1}; light is not negative. Put 0 there if it is noise")
     if candela.max() < 1 / MAX_INTENSITY_CD:
         raise ValueError("has no intensity above 0, so it gives no light. Get it again")
+    below = int((candela < 0).sum())
+    if below:
+        faults.append(f"{below} of its intensities {'are' if below > 1 else 'is'} below 0, "
+                      f"{candela.min():g} cd at "
+                      "the lowest; 0 is taken")
+    return np.clip(candela, 0.0, None)
+
+
+def note_poles(angles: np.ndarray, candela: np.ndarray, faults: list[str]) -> None:
+    """Note where planes (m, n) [cd] disagree straight down or up, at polar angles (n,) [°] of 0 and 180."""
+    for column, pole, where in ((0, 0.0, "down"), (-1, 180.0, "up")):
+        light = candela[:, column]
+        if angles[column] == pole and np.ptp(light) > POLE_SPREAD * light.max():
+            faults.append(f"straight {where} it has different intensities in different planes, "
+                          f"{light.min():g} to {light.max():g} cd")
+
+
+def note_radiometric(labels: list[str], faults: list[str]) -> None:
+    """Note a label that says that the values are no candela."""
+    said = next((line for line in labels if RADIOMETRIC.search(line)), None)
+    if said is not None:
+        faults.append(f"its label {' '.join(said.split())[:60]!r} says that its values are radiometric or of "
+                      "photons; they are read as candela")
+
+
+def opening_in_metres(size: list[float], unit: str, faults: list[str]) -> list[float]:
+    """Signed dimensions [m] of a luminous opening, taken for millimetres where the file says metres and no
+    luminaire is so long. unit : what the file says"""
+    longest = max(map(abs, size))
+    if longest >= MILLIMETRES_FROM and unit == "metres":
+        faults.append(f"its luminous opening would be {longest:g} m long, so it is in millimetres though "
+                      f"the file "
+                      f"says metres; {longest:g} mm is taken")
+        return [x / 1000 for x in size]
+    if longest > LONGEST_OPENING:
+        faults.append(f"its luminous opening is {longest:g} m long; is it in {unit}? It is taken as it "
+                      f"stands")
+    return size

@@ -1,0 +1,71 @@
+"""Text from bytes of an unstated character set, as instruments and makers write it.
+
+Numbers and keywords are ASCII in all of these, so only labels depend on the answer.
+"""
+
+import codecs
+import re
+
+UTF_16 = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
+WIDE = re.compile("[\u3000-\u30ff\u3400-\u9fff\uff00-\uff60\uff64\uffe0-\uffef]")
+"""Kana, ideographs and the signs written among them; not the narrow kana, which every Latin-1 text would
+be."""
+HIGH = re.compile(rb"[\x80-\xff]+")
+CYRILLIC = re.compile(rb"[\xa8\xb8\xb9\xc0-\xff]+")
+"""Bytes of Russian letters in Windows-1251."""
+FEWEST_LETTERS = 3
+"""Bytes above ASCII in a row that no Western European word has, and Russian ones have."""
+
+
+def decode(data: bytes) -> str:
+    """The text of a file: by its byte-order mark, as UTF-16 where every other byte is zero, as UTF-8 where it
+    is that; else as Shift-JIS, Windows-1251 or GB 18030 where its letters come in the runs of these, and as
+    Windows-1252.
+
+    Raises ValueError with a sentence for what is no text.
+    """
+    if data[:2] in UTF_16:
+        return _utf_16(data, "utf-16")
+    if b"\0" in data:
+        even, odd = data[:4000:2].count(0), data[1:4000:2].count(0)
+        if max(even, odd) < 0.2 * len(data[:4000]) or min(even, odd) > 0:
+            raise ValueError("is no plain text (it holds zero bytes). Save it as text, in UTF-8")
+        return _utf_16(data, "utf-16-le" if odd > even else "utf-16-be")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return _legacy(data)
+
+
+def _utf_16(data: bytes, name: str) -> str:
+    try:
+        return data.decode(name)
+    except UnicodeDecodeError:
+        raise ValueError("is no plain text (its UTF-16 is cut short). Save it as text, in UTF-8") from None
+
+
+def _legacy(data: bytes) -> str:
+    """Text in the first character set whose letters the bytes above ASCII look like."""
+    if _all_wide(data, "cp932"):
+        return data.decode("cp932")
+    runs = HIGH.findall(data)
+    if (all(CYRILLIC.fullmatch(run) for run in runs)
+            and sum(len(run) >= FEWEST_LETTERS for run in runs) > len(runs) / 2):
+        return data.decode("cp1251")
+    if all(len(run) % 2 == 0 for run in runs) and _all_wide(data, "gb18030"):
+        return data.decode("gb18030")
+    try:
+        return data.decode("cp1252")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _all_wide(data: bytes, name: str) -> bool:
+    """Whether bytes are text of that character set, all beyond ASCII being wide letters, and some of them two
+    in a row: single ones are accents that happen to pair with the letter behind them."""
+    try:
+        text = data.decode(name)
+    except UnicodeDecodeError:
+        return False
+    beyond = re.findall(r"[^\x00-\x7f]+", text)
+    return all(WIDE.fullmatch(c) for run in beyond for c in run) and any(len(run) > 1 for run in beyond)
