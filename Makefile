@@ -40,8 +40,8 @@ examples: $(VENV)/tested
 # Speed against accuracy in three rooms, into docs/tradeoff.md; on a quiet machine.
 tradeoff: $(VENV)/installed
 	for room in grey_room red_room furnished_room; do \
-		$(BIN)/renderer tradeoff $$room --quiet --out outputs/tradeoff/$$room > /dev/null && \
-		cp outputs/tradeoff/$$room/tradeoff.png docs/pictures/tradeoff_$$room.png || exit 1; done
+		$(BIN)/renderer tradeoff $$room --quiet > /dev/null && \
+		cp outputs/$${room}_tradeoff.png docs/pictures/tradeoff_$$room.png || exit 1; done
 	$(BIN)/python docs/insert.py
 
 gallery: $(VENV)/installed

@@ -6,7 +6,7 @@ import sys
 
 from pictures import OUT, keep, run
 
-ROOMS = {"office": "grid_working_plane.png", "classroom": None, "gallery": None}
+ROOMS = {"office": "office_31_grid_working_plane.png", "classroom": None, "gallery": None}
 """Packaged rooms, and the isolux plan that is shown."""
 
 

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderer.studies.comparison import BESIDE, CSV_COLUMNS, NAMES
+from renderer.pictures.answer_sheet import difference_limit
+from renderer.pictures.pseudocolour import difference_colours
+from renderer.studies.comparison import BESIDE, CSV_COLUMNS
+from renderer.studies.comparison_pictures import NAMES, differences
 
 
 @pytest.fixture(scope="module")
@@ -83,10 +86,29 @@ def test_every_picture_is_there_and_whole(compared):
                     assert picture.height == 480
         for suffix in ("31.vtp", "31_luminance.exr", "31_spectral.exr"):
             assert (out / "comparison" / f"{stem}_{suffix}").stat().st_size > 1000
-    for name in ("comparison.png", "comparison_3d.png"):
+    for name in ("comparison.png", "deck.png", "comparison_3d.png"):
         with Image.open(out / name) as picture:
             assert picture.width > 1200
     assert not list(out.rglob("*.part*"))
+
+
+def test_the_sheet_and_the_deck_are_as_wide_as_a_projector(compared):
+    for name in ("comparison.png", "deck.png"):
+        with Image.open(compared[0] / "outputs" / name) as picture:
+            assert picture.width == 1920
+    assert not (compared[0] / "outputs" / "comparison_full.png").exists()  # with --full
+
+
+def test_differences_are_signed_and_dark_places_have_none():
+    percent = differences(np.array([[110.0, 80.0, 100.0, 0.0]]), np.array([[100.0, 100.0, 100.0, 0.0]]))
+    np.testing.assert_allclose(percent, [[10.0, -20.0, 0.0, np.nan]])
+    assert difference_limit([percent]) == 20.0
+    assert difference_limit([np.full((2, 2), np.nan)]) == 1.0  # the scale of rooms that are alike
+    bright, dark, alike, none = difference_colours(percent, 20.0)[0].astype(int)
+    assert bright[0] > bright[2] + 30  # orange
+    assert dark[2] > dark[1] + 30  # purple
+    assert alike.min() > 240
+    assert none.max() == 0
 
 
 def test_the_monochrome_pictures_of_the_rooms_are_alike(compared):

@@ -259,7 +259,7 @@ def test_a_room_of_the_users_own(room, here, tmp_path):
     done = here("gamut", scene.path, "--quiet", "--out", "here", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "'paint' takes the colours" in done.stdout
-    with (tmp_path / "here" / "gamut_chips.csv").open() as file:
+    with (tmp_path / "here" / f"{scene.path.stem}_gamut_chips.csv").open() as file:
         rows = [r for r in csv.DictReader(file) if r["chip"] == "5R 4/14"]
     assert {r["reading"] for r in rows} == {
         reading + model for reading in ("illuminance, floor", "luminance, paint")
@@ -267,8 +267,8 @@ def test_a_room_of_the_users_own(room, here, tmp_path):
     expected = renderer.solve(scene, "31").photometers()[0].total_lx
     got = [float(r["luminance_spectral"]) for r in rows if r["reading"] == "illuminance, floor"]
     assert got == [pytest.approx(expected, rel=1e-5)]
-    assert (tmp_path / "here" / "gamut.png").stat().st_size > 1000
-    assert not (tmp_path / "here" / "gamut_bounds.csv").exists()  # those are of the infinite room
+    assert (tmp_path / "here" / f"{scene.path.stem}_gamut.png").stat().st_size > 1000
+    assert not (tmp_path / "here" / f"{scene.path.stem}_gamut_bounds.csv").exists()  # those are of the infinite room
 
 
 @pytest.mark.parametrize(("arguments", "words"), [

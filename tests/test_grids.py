@@ -184,13 +184,13 @@ def test_the_command_writes_points_and_plan(room, here, tmp_path):
                 cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)["grids"][0]
-    with (tmp_path / "out" / "grid_plane.csv").open() as file:
+    with (tmp_path / "out" / f"{scene.path.stem}_31_grid_plane.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 9 == len(record["points"]["total_lx"])
     lux = record["illuminance_lx"]
     assert np.mean([float(row["total_lx"]) for row in rows]) == pytest.approx(lux["mean"], rel=1e-5)
     assert record["uniformity"] == pytest.approx(lux["min"] / lux["mean"])
-    assert (tmp_path / "out" / "grid_plane.png").stat().st_size > 10_000
+    assert (tmp_path / "out" / f"{scene.path.stem}_31_grid_plane.png").stat().st_size > 10_000
     table = here("photometer", scene.path, "--format", "csv", "--quiet", "--accuracy", "5%", cwd=tmp_path)
     assert [row["name"] for row in csv.DictReader(table.stdout.splitlines())] == [
         "plane: mean", "plane: min", "plane: max"]

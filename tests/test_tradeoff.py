@@ -40,7 +40,8 @@ def test_a_room_is_measured_and_written(small, room, tmp_path):
     assert all(s.seconds > 0 for s in found.settings)
     assert found.floor < 0.005
     files = save(found, tmp_path)
-    assert [f.name for f in files] == ["tradeoff.csv", "tradeoff.md", "tradeoff.png"]
+    stem = found.scene.path.stem
+    assert [f.name for f in files] == [f"{stem}_tradeoff.{kind}" for kind in ("csv", "md", "png")]
     with files[0].open() as file:
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == COLUMNS

@@ -24,7 +24,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
                output: Output | None = None) -> None:
     """Illuminance and colour at the scene's photometers and over its grids, or at one point.
 
-    For each grid it also writes grid_<name>.csv and the isolux plan grid_<name>.png.
+    For each grid it also writes <scene>_<bands>_grid_<name>.csv and its isolux plan as .png.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
         solution, (readings, areas), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
                                                            solving.seed, solving.store(), progress)
         asked = solving.accuracy or loaded.solver.accuracy
-        files = [file for area in areas for file in save_grid(loaded, area, out)]
+        files = [file for area in areas for file in save_grid(loaded, solution.bands.name, area, out)]
         record = solution_record(solution, readings, asked, time.perf_counter() - started, areas)
     warn(solution, figures, asked)
     print_as(form, record, photometer_tables(record), photometer_rows(record))

@@ -1,5 +1,6 @@
 """Commands that show rooms: compare, report, render, pseudocolour."""
 
+from functools import partial
 from shlex import quote
 from typing import Annotated
 
@@ -24,6 +25,8 @@ DECK = ("grey_room", "red_room", "saturated_red_room")
 
 
 def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] = False,
+            full: Annotated[bool, Parameter(negative="")] = False,
+            rainbow: Annotated[bool, Parameter(negative="")] = False,
             solving: Solving | None = None, output: Output | None = None) -> None:
     """Rooms in RGB and in 31 bands: what RGB gets wrong, as pictures, maps, readings and one sentence.
 
@@ -33,10 +36,15 @@ def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] =
         Scene files or names of packaged rooms; without any, a grey room, one in a red paint, one in pure red.
     prefiltered
         Also RGB whose reflectances are filtered with the room's own light first.
+    full
+        Also a sheet of every picture: comparison_full.png.
+    rainbow
+        Luminance in the rainbow's colours; else in viridis, which the colour-blind can read too.
     """
     from renderer.readings.finding import headline
     from renderer.scene.reading import load
-    from renderer.studies.comparison import findings, save_pictures, save_table, solve_all
+    from renderer.studies.comparison import findings, save_table, solve_all
+    from renderer.studies.comparison_pictures import save_pictures
     from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
@@ -49,7 +57,7 @@ def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] =
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
         cases = solve_all(loaded, solving.accuracy, solving.seed, solving.store(), progress, prefiltered)
-        files = save_table(cases, out) + save_pictures(cases, out, progress)
+        files = save_table(cases, out) + save_pictures(cases, out, progress, full, rainbow)
     _show_readings(cases, solving.accuracy)
     show_laws([case.solution for case in cases])
     list_files(files, out)
@@ -123,18 +131,22 @@ def render(scene: str, *, solving: Solving | None = None, output: Output | None 
     _one_room(scene, solving, output, save_render, in_colour=True)
 
 
-def pseudocolour(scene: str, *, solving: Solving | None = None,
-                 output: Output | None = None) -> None:
+def pseudocolour(scene: str, *, rainbow: Annotated[bool, Parameter(negative="")] = False,
+                 solving: Solving | None = None, output: Output | None = None) -> None:
     """Luminance maps of one room, direct and total, with a legend in cd/m².
 
     Parameters
     ----------
     scene
         A scene file, or the name of a packaged room.
+    rainbow
+        In the rainbow's colours; else in viridis, which the colour-blind can read too.
     """
+    from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW
     from renderer.studies.render import save_pseudocolour
 
-    _one_room(scene, solving, output, save_pseudocolour)
+    palette = RAINBOW if rainbow else COLOUR_MAP
+    _one_room(scene, solving, output, partial(save_pseudocolour, palette=palette))
 
 
 def _one_room(scene: str, solving: Solving | None, output: Output | None, save, in_colour=False) -> None:

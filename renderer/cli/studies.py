@@ -113,18 +113,18 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
         raise InputError("--bands has no place in gamut, which compares all band sets. Remove it.")
     if scene is None and material is not None:
         raise InputError(f"--material is {material!r} but no SCENE is given; give one that has it.")
-    note, limits = "", None
+    note, limits, stem = "", None, ""
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
         if scene is None:
             place = sumpner(illuminant("D65", "lamp"))
             limits = smallest_ratios(place, cube()), largest_ratios(place, cube())
         else:
-            place, note = _painted(scene, material, solving, progress)
+            place, note, stem = _painted(scene, material, solving, progress)
         progress(f"{place.title}: 1,000 colours and the chips")
         found = analyse(place)
         tables = every_table(found, limits)
-        files = save_files(found, limits, out, progress)
+        files = save_files(found, limits, out, progress, stem)
     for table in tables:
         show(table.title, table.columns, table.rows)
     print(note, end="")
@@ -140,13 +140,13 @@ def _painted(scene: str, material: str | None, solving: Solving, progress):
     name = painted_material(loaded, material)
     place, error = painted_room(loaded, name, solving.accuracy, solving.seed, solving.store(), progress)
     return place, (f"{loaded.title}: {name!r} takes the colours, all else stays; between the reflectances "
-                   f"solved, readings are interpolated to {max(error, 1e-15):.0e}.\n")
+                   f"solved, readings are interpolated to {max(error, 1e-15):.0e}.\n"), loaded.path.stem
 
 
 def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | None = None) -> None:
     """Time every way to solve a scene, measure its error, and recommend one for 5 %, 1 % and 0.2 %.
 
-    Writes tradeoff.csv, the picture tradeoff.png, and tradeoff.md.
+    Writes <scene>_tradeoff.csv, .png and .md.
 
     Parameters
     ----------

@@ -5,7 +5,9 @@ import io
 import numpy as np
 from PIL import Image
 
-COLOUR_MAP = "turbo"
+COLOUR_MAP, RAINBOW, DIFFERENCE = "viridis", "turbo", "PuOr_r"
+"""matplotlib's: of luminance, clear to the colour-blind; the rainbow on request; of signed differences."""
+NO_LIGHT = "#000000"
 LEGEND_WIDTH = 96
 
 
@@ -22,22 +24,34 @@ def scale_top(luminances: list[np.ndarray], on_surface: list[np.ndarray]) -> flo
     return float(next(s * step for s in (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10) if s * step >= top))
 
 
-def colour_map():
+def colour_map(palette: str = COLOUR_MAP):
     """The map from 0 … 1; what is above (a lamp) is white."""
     from matplotlib import colormaps
     from matplotlib.colors import LinearSegmentedColormap
 
-    listed = colormaps[COLOUR_MAP].colors  # 256 steps would show as contours
-    smooth = LinearSegmentedColormap.from_list(COLOUR_MAP, listed, N=4096)
+    listed = colormaps[palette].colors  # 256 steps would show as contours
+    smooth = LinearSegmentedColormap.from_list(palette, listed, N=4096)
     return smooth.with_extremes(over="white", bad="black")
 
 
-def pseudocolour(luminance: np.ndarray, top: float) -> np.ndarray:
+def difference_map():
+    """The map of a signed difference, 0.5 where there is none."""
+    from matplotlib import colormaps
+
+    return colormaps[DIFFERENCE].with_extremes(bad=NO_LIGHT)
+
+
+def pseudocolour(luminance: np.ndarray, top: float, palette: str = COLOUR_MAP) -> np.ndarray:
     """A luminance map (height, width) [cd/m²] as bytes (height, width, 3)."""
-    return colour_map()(luminance / top, bytes=True)[..., :3]
+    return colour_map(palette)(luminance / top, bytes=True)[..., :3]
 
 
-def legend(height: int, top: float, unit: str = "cd/m²") -> np.ndarray:
+def difference_colours(percent: np.ndarray, limit: float) -> np.ndarray:
+    """Signed differences (height, width) [%] between −limit and limit as bytes; NaN (no light) is black."""
+    return difference_map()(0.5 + 0.5 * np.clip(percent / limit, -1, 1), bytes=True)[..., :3]
+
+
+def legend(height: int, top: float, unit: str = "cd/m²", palette: str = COLOUR_MAP) -> np.ndarray:
     """The scale as a picture (height, LEGEND_WIDTH, 3), to stand to the right of a map."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -45,17 +59,18 @@ def legend(height: int, top: float, unit: str = "cd/m²") -> np.ndarray:
     figure = Figure(figsize=(LEGEND_WIDTH / 100, height / 100), dpi=100)
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.14, 0.06, 0.2, 0.82))
-    draw_legend(figure, axes, top, unit=unit)
+    draw_legend(figure, axes, top, unit=unit, palette=palette)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     return np.array(Image.open(buffer).convert("RGB").resize((LEGEND_WIDTH, height)))
 
 
-def draw_legend(figure, axes, top: float, size: float = 9, unit: str = "cd/m²") -> None:
+def draw_legend(figure, axes, top: float, size: float = 9, unit: str = "cd/m²",
+                palette: str = COLOUR_MAP) -> None:
     """Draw the scale into a matplotlib axes."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    bar = figure.colorbar(ScalarMappable(Normalize(0, top), colour_map()), cax=axes, extend="max")
+    bar = figure.colorbar(ScalarMappable(Normalize(0, top), colour_map(palette)), cax=axes, extend="max")
     bar.ax.tick_params(labelsize=size)
     bar.ax.set_title(unit, fontsize=size, pad=10)

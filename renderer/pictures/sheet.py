@@ -1,4 +1,4 @@
-"""The deck's pictures of several rooms on one sheet."""
+"""Every picture of several rooms on one sheet, and the deck's sequence: grey beside red."""
 
 import warnings
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.pictures.pseudocolour import draw_legend
+from renderer.pictures.pseudocolour import COLOUR_MAP, draw_legend
 from renderer.readings.reading import Reading
 from renderer.system.files import whole_file
 
@@ -27,7 +27,7 @@ class Column:
     ratios: list[float | None]
 
 
-def save_sheet(columns: list[Column], top: float, path: Path) -> Path:
+def save_sheet(columns: list[Column], top: float, path: Path, palette: str = COLOUR_MAP) -> Path:
     """Lay the columns side by side, rows (a) to (e), with one scale 0 … top [cd/m²]."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -65,7 +65,7 @@ def save_sheet(columns: list[Column], top: float, path: Path) -> Path:
     for row in (2, 4):
         y = height - head - (row + 1) * (cell * tall + 0.06)
         draw_legend(figure, figure.add_axes(((x + 0.14) / width, (y + 0.08) / height, 0.14 / width,
-                                             (cell * tall - 0.42) / height)), top, 8)
+                                             (cell * tall - 0.42) / height)), top, 8, palette=palette)
     with whole_file(path) as part, warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a script that the font lacks
         figure.savefig(part)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.pictures.pseudocolour import colour_map, draw_legend
+from renderer.pictures.pseudocolour import COLOUR_MAP, colour_map, draw_legend
 from renderer.pictures.sheet import plain
 from renderer.solving.solution import Solution
 from renderer.system.files import whole_file
@@ -50,7 +50,8 @@ def save_vtp(data, path: Path) -> Path:
     return path
 
 
-def save_view(solutions: list[tuple[str, Solution]], top: float, path: Path) -> Path:
+def save_view(solutions: list[tuple[str, Solution]], top: float, path: Path,
+              palette: str = COLOUR_MAP) -> Path:
     """Draw rooms side by side from outside, near walls left out, on one scale 0 … top [cd/m²]."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -61,7 +62,7 @@ def save_view(solutions: list[tuple[str, Solution]], top: float, path: Path) -> 
         plotter = pyvista.Plotter(off_screen=True, window_size=(640, 560))
         plotter.background_color = "white"
         # lighting off: shading would falsify the colours. Back faces off: the near walls vanish.
-        plotter.add_mesh(patches(solution), scalars="luminance_cd_m2", cmap=colour_map(),
+        plotter.add_mesh(patches(solution), scalars="luminance_cd_m2", cmap=colour_map(palette),
                          clim=(0, top), lighting=False, show_scalar_bar=False, culling="back",
                          show_edges=True, edge_color="#202020", edge_opacity=0.25)
         plotter.view_vector((0.35, -0.8, 0.5), viewup=(0, 0, 1))
@@ -77,7 +78,8 @@ def save_view(solutions: list[tuple[str, Solution]], top: float, path: Path) -> 
         axes.set_title(plain(title), fontsize=11)
         axes.axis("off")
     draw_legend(figure, figure.add_axes((len(shots) * width + 0.1 * (1 - len(shots) * width), 0.12,
-                                         0.15 * (1 - len(shots) * width), 0.68)), top)
+                                         0.15 * (1 - len(shots) * width), 0.68)), top,
+                palette=palette)
     with whole_file(path) as part, warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph", UserWarning)
         figure.savefig(part)

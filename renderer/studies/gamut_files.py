@@ -36,21 +36,31 @@ COLUMNS = ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spect
 
 
 def save_files(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out: Path,
-               progress: Progress) -> list[Path]:
-    """Write the tables and the charts. limits : smallest and largest ratios (2, n_readings, 1000)."""
+               progress: Progress, scene: str = "") -> list[Path]:
+    """Write the tables and the charts.
+
+    limits : smallest and largest ratios (2, n_readings, 1000); scene : what the files are named after, empty
+    for the infinite room
+    """
     progress("tables")
-    files = [_csv(out / "gamut.csv", COLUMNS, _rows(gamut, gamut.methods)),
-             _csv(out / "gamut_chips.csv", ("chip", *COLUMNS[:3], *COLUMNS[4:]),
+    out = out / f"{scene}_gamut" if scene else out / "gamut"
+    files = [_csv(_named(out, ".csv"), COLUMNS, _rows(gamut, gamut.methods)),
+             _csv(_named(out, "_chips.csv"), ("chip", *COLUMNS[:3], *COLUMNS[4:]),
                   ([gamut.chips.names[i % len(gamut.chips.names)], *row[:3], *row[4:]]
                    for i, row in enumerate(_rows(gamut, {"measured": gamut.chips})))),
-             _csv(out / "gamut_shares.csv", ("spectra", "reading", *(f"within_{t:g}" for t in TOLERANCES)),
+             _csv(_named(out, "_shares.csv"), ("spectra", "reading", *(f"within_{t:g}" for t in TOLERANCES)),
                   _share_rows(gamut)),
-             _csv(out / "gamut_primaries.csv", ("colour", *COLUMNS[:5], "ratio"), _named_rows(gamut))]
+             _csv(_named(out, "_primaries.csv"), ("colour", *COLUMNS[:5], "ratio"), _named_rows(gamut))]
     if limits is not None:
-        files.append(_csv(out / "gamut_bounds.csv", (*COLUMNS[:3], "reading", "smallest", "largest"), (
+        files.append(_csv(_named(out, "_bounds.csv"), (*COLUMNS[:3], "reading", "smallest", "largest"), (
             [*_short(colour), reading, f"{limits[0][k, i]:.6g}", f"{limits[1][k, i]:.6g}"]
             for k, reading in enumerate(gamut.place.readings) for i, colour in enumerate(cube()))))
     return files + save_charts(gamut, limits, out, progress)
+
+
+def _named(stem: Path, rest: str) -> Path:
+    """A file beside others of one stem."""
+    return stem.with_name(stem.name + rest)
 
 
 def _rows(gamut: Gamut, every: dict[str, Spectra]) -> Iterable[list]:
@@ -109,31 +119,31 @@ def save_charts(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out:
     progress("charts")
     drawing = [(save_slices, [(f"{first}; spectra by munsell-eigen",
                                against_ratio(gamut.ratios(deck, "rgb")[0]))], AGAINST_RATIO, title,
-                out / "gamut.png")]
+                _named(out, ".png"))]
     for name, spectra in gamut.methods.items():
         ratios = {model: against_ratio(gamut.ratios(spectra, model)) for model in MODELS}
         rows = [(_said(reading, model), ratios[model][k])
                 for k, reading in shown for model in MODELS]
         drawing.append((save_slices, rows, AGAINST_RATIO, f"{title}; spectra by {name}",
-                        out / f"gamut_{name}.png"))
+                        _named(out, f"_{name}.png")))
     if limits is not None:
         rows = [(reading, classify(limits[0][k], limits[1][k])) for k, reading in shown]
         drawing.append((save_slices, rows, AGAINST_BOUNDS,
                         f"{place.title}: whatever the spectrum, up to a reflectance of {CEILING:g}",
-                        out / "gamut_bounds.png"))
+                        _named(out, "_bounds.png")))
     drawing += [(save_chips, [(f"{reading}, RGB", gamut.ratios(chips, "rgb")[k]),
                               (f"{reading}, RGB prefiltered", gamut.ratios(chips, "prefiltered")[k])],
                  chips.rgb, chips.names, f"{place.title}: {len(chips.names)} measured paints",
-                 out / f"gamut_chips{'_luminance' if k else ''}.png")
+                 _named(out, f"_chips{'_luminance' if k else ''}.png"))
                 for k, reading in shown]
     names, table = shares(gamut)
     drawing.append((save_shares, [(reading, table[k]) for k, reading in shown], names, MODELS,
-                    f"{title}, colours that come out alike", out / "gamut_shares.png"))
+                    f"{title}, colours that come out alike", _named(out, "_shares.png")))
     named, at = named_ratios(gamut, "rgb"), named_at()
     drawing.append((save_named, [(reading, np.array([r[k] for r in named.values()]),
                                   None if limits is None else (limits[0][k, at], limits[1][k, at]))
                                  for k, reading in shown], list(NAMED), list(named),
-                    f"{title}, primaries and complements at 0.9", out / "gamut_primaries.png"))
+                    f"{title}, primaries and complements at 0.9", _named(out, "_primaries.png")))
     with ThreadPoolExecutor(2) as pool:
         done = [pool.submit(save, *arguments) for save, *arguments in drawing]
         return [future.result() for future in done]

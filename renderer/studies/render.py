@@ -8,7 +8,7 @@ import numpy as np
 from renderer.pictures.camera import look
 from renderer.pictures.exr import save_luminance, save_spectral
 from renderer.pictures.image import exposure, save_png, tone_map, white_balance
-from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
+from renderer.pictures.pseudocolour import COLOUR_MAP, legend, pseudocolour, scale_top
 from renderer.pictures.three_d import patches, save_vtp
 from renderer.solving.solution import Solution
 from renderer.solving.transport_store import Progress
@@ -42,13 +42,14 @@ def save_render(solution: Solution, out: Path, progress: Progress) -> list[Path]
     return files
 
 
-def save_pseudocolour(solution: Solution, out: Path, progress: Progress) -> list[Path]:
+def save_pseudocolour(solution: Solution, out: Path, progress: Progress,
+                      palette: str = COLOUR_MAP) -> list[Path]:
     """Write luminance maps, direct and total, on one scale, with its legend."""
     view, direct, total = _seen(solution, progress)
     stem = f"{solution.scene.path.stem}_{solution.bands.name}"
     top = scale_top([total[..., 1]], [view.shows_surface])
-    scale = legend(total.shape[0], top)
+    scale = legend(total.shape[0], top, palette=palette)
     marks = view.marks(solution.scene)
-    return [save_png(np.hstack([pseudocolour(xyz[..., 1], top), scale]),
+    return [save_png(np.hstack([pseudocolour(xyz[..., 1], top, palette), scale]),
                      out / f"{stem}_{name}_pseudocolour.png", marks)
             for name, xyz in (("direct", direct), ("total", total))]

@@ -16,8 +16,9 @@ COLUMNS = ("bands", "method", "patch_size_m", "rays_per_patch", "patches", "seco
 
 
 def save(found: Tradeoff, out: Path) -> list[Path]:
-    """Write tradeoff.csv, tradeoff.md and tradeoff.png; returns the files."""
-    front, files = found.front, [out / "tradeoff.csv", out / "tradeoff.md"]
+    """Write <scene>_tradeoff.csv, .md and .png; returns the files."""
+    stem = f"{found.scene.path.stem}_tradeoff"
+    front, files = found.front, [out / f"{stem}.csv", out / f"{stem}.md"]
     with whole_file(files[0]) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
@@ -29,7 +30,7 @@ def save(found: Tradeoff, out: Path) -> list[Path]:
         part.write_text("\n".join(_markdown(found)) + "\n", encoding="utf-8")
     marked = list(dict.fromkeys(s for s in map(found.recommended, TARGETS) if s))
     return [*files, save_front(found.scene.title, found.settings, front, marked, found.floor,
-                               out / "tradeoff.png")]
+                               out / f"{stem}.png")]
 
 
 def recommendations(found: Tradeoff) -> Table:
