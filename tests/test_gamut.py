@@ -268,7 +268,8 @@ def test_a_room_of_the_users_own(room, here, tmp_path):
     got = [float(r["luminance_spectral"]) for r in rows if r["reading"] == "illuminance, floor"]
     assert got == [pytest.approx(expected, rel=1e-5)]
     assert (tmp_path / "here" / f"{scene.path.stem}_gamut.png").stat().st_size > 1000
-    assert not (tmp_path / "here" / f"{scene.path.stem}_gamut_bounds.csv").exists()  # those are of the infinite room
+    bounds = tmp_path / "here" / f"{scene.path.stem}_gamut_bounds.csv"
+    assert not bounds.exists()  # those are of the infinite room
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
