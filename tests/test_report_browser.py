@@ -24,8 +24,8 @@ pytest.importorskip("selenium", reason="the report's browser test needs selenium
 pytestmark = pytest.mark.skipif(
     not (BROWSER and DRIVER), reason="the report's browser test needs chromium and chromedriver (Debian: "
     "apt-get install chromium chromium-driver)")
-SWITCHES = (("light", "direct"), ("light", "total"), ("bands", "rgb"), ("mode", "pseudocolour"),
-            ("bands", "31"), ("quantity", "illuminance"), ("bands", "difference"))
+SWITCHES = (("light", "direct"), ("light", "total"), ("rightBands", "rgb"), ("mode", "pseudocolour"),
+            ("rightBands", "31"), ("quantity", "illuminance"), ("rightBands", "difference"))
 LEFT, RIGHT, DOWN, ENTER = "\ue012", "\ue014", "\ue015", "\ue007"
 
 
@@ -96,7 +96,21 @@ def one(page, selector):
 
 
 def choose(page, name, value):
-    one(page, f"[name={name}][value='{value}']").click()
+    """Turn a switch, or choose from a list."""
+    from selenium.webdriver.support.select import Select
+
+    if name in ("left", "right", "leftBands", "rightBands"):
+        Select(one(page, f"#{name}")).select_by_value(value)
+    else:
+        one(page, f"[name={name}][value='{value}']").click()
+
+
+def beside(page, left=("0", "31"), right=("1", "31")):
+    """Two rooms side by side, each (room, bands)."""
+    choose(page, "layout", "beside")
+    for side, (room, bands) in (("left", left), ("right", right)):
+        choose(page, side, room)
+        choose(page, f"{side}Bands", bands)
 
 
 def pixels(page, pane):
@@ -117,10 +131,15 @@ def pointer(page, pane, x, y, click=False):
     (action.click() if click else action).perform()
 
 
-def readout(page):
-    """The cells of the table under the pictures."""
+def cells(page, rows):
+    """The texts of the cells of a table's rows."""
     return [[cell.text for cell in row.find_elements("css selector", "th, td")]
-            for row in page.find_elements("css selector", "#readout tbody tr")]
+            for row in page.find_elements("css selector", rows)]
+
+
+def readout(page):
+    """The cells of what is read under the pointer."""
+    return cells(page, "#readout tbody tr")
 
 
 def kept(page):
@@ -144,7 +163,7 @@ def test_a_picture_is_the_program_s_own(page, report):
     for light, wanted in (("total", total), ("direct", direct)):
         choose(page, "light", light)
         for bands, grey, red in (("rgb", 0, 2), ("31", 1, 3)):
-            choose(page, "bands", bands)
+            beside(page, ("0", bands), ("1", bands))
             for pane, k in (("#a", grey), ("#b", red)):
                 expected = tone_map(wanted[k] @ balance, exposed).astype(int)
                 # Both round to 256 steps; the file's own error of 3e-4 moves hardly any across a half.
@@ -154,24 +173,24 @@ def test_a_picture_is_the_program_s_own(page, report):
 def test_every_switch_changes_the_pictures(page):
     from selenium.webdriver.support.select import Select
 
+    beside(page)
     before = pixels(page, "#b")
     for name, value in SWITCHES:
         choose(page, name, value)
         after = pixels(page, "#b")
         assert (before != after).any(), (name, value)
         before = after
-    assert not one(page, "[name=mode]").is_enabled()  # a difference has no picture
-    choose(page, "bands", "31")
-    for selector, values in (("#scale", ("log", "stepped", "linear")), ("#palette", ("cividis", "magma"))):
+    choose(page, "rightBands", "31")
+    for selector, values in (("#scale", ("log", "stepped", "linear")),
+                             ("#palette", ("cividis", "magma", "rainbow"))):
         for value in values:
             Select(one(page, selector)).select_by_visible_text(value)
             after = pixels(page, "#b")
             assert (before != after).any(), value
             before = after
-    for act in (lambda: one(page, "#fit").click(),
-                lambda: (one(page, "#top").clear(), one(page, "#top").send_keys("7" + ENTER)),
-                lambda: one(page, "#slide").send_keys(RIGHT * 5),
-                lambda: Select(one(page, "#right")).select_by_visible_text("Pure-red room")):
+    for act in (lambda: (one(page, "#top").clear(), one(page, "#top").send_keys("7" + ENTER)),
+                lambda: one(page, "#fit").click(),
+                lambda: choose(page, "right", "2")):
         act()
         after = pixels(page, "#b")
         assert (before != after).any()
@@ -185,11 +204,77 @@ def test_every_switch_changes_the_pictures(page):
     assert one(page, "body").value_of_css_property("background-color") != theme
 
 
+def test_the_answer_stands_first_and_is_the_command_s(page, report):
+    said = one(page, "#finding").text
+    assert said.endswith("RGB makes the red-paint room 5.2 % too bright, the pure-red room 32 % too bright; "
+                         "the grey room is right.")
+    tiles = page.find_elements("css selector", "#tiles button")
+    assert [tile.text.split("\n") for tile in tiles] == [
+        ["Grey room", "right"], ["Red-paint room", "+5.2 %"], ["Pure-red room", "+32 %"]]
+    assert [tile.get_attribute("aria-pressed") for tile in tiles] == ["false", "false", "true"]  # the worst
+    tiles[1].click()
+    (row,) = cells(page, "#meters tbody tr")
+    room = report[1][1]
+    spectral, rgb = (room.readings[bands][0].total_lx for bands in ("31", "rgb"))
+    assert float(row[1]) == pytest.approx(rgb, rel=1e-3)
+    assert float(row[2].split()[0]) == pytest.approx(spectral, rel=1e-3)
+    assert row[3] == "+5.2 %"
+
+
+@pytest.mark.parametrize(("width", "height"), [(1400, 900), (1920, 1080)])
+def test_readings_and_slider_are_above_the_fold(page, width, height):
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+        "width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
+    for selector in ("#meters", "#readout", "#wipe", "#a .frame"):
+        box = one(page, selector).rect
+        assert box["y"] + box["height"] <= height, selector
+    assert one(page, "#a .frame").rect["width"] > 0.45 * width
+    page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_a_narrow_screen_scrolls_one_way_only(page):
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+        "width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True})
+    assert page.execute_script("return document.documentElement.scrollWidth") <= 390
+    page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_projecting_hides_the_controls_until_escape(page):
+    one(page, "#project").click()
+    assert not one(page, "#controls").is_displayed()
+    assert one(page, "#wipe input").is_displayed()
+    one(page, "body").send_keys("\ue00c")
+    assert one(page, "#controls").is_displayed()
+
+
+def test_a_room_where_all_is_equal_shows_its_outlines_and_no_idle_scale(page):
+    assert not one(page, "#scaling").is_displayed()  # a picture has no scale
+    assert not one(page, "#a .legend").is_displayed()
+    beside(page, ("0", "difference"), ("0", "31"))
+    assert one(page, "#scaling").is_displayed()
+    shown = pixels(page, "#a").astype(int)
+    outlines = (np.abs(shown - 110).max(axis=-1) <= 1).mean()
+    assert 0.002 < outlines < 0.1
+
+
+def test_every_control_has_a_name(page):
+    unnamed = page.execute_script("""
+return [...document.querySelectorAll('button, input, select, [role=application]')].filter(each =>
+  !(each.getAttribute('aria-label') || each.textContent.trim() || (each.labels && each.labels.length &&
+    [...each.labels].some(label => label.textContent.trim())))).map(each => each.outerHTML)""")
+    assert unnamed == []
+    ids = page.execute_script("return [...document.querySelectorAll('[id]')].map(each => each.id)")
+    assert len(ids) == len(set(ids))
+    assert page.execute_script("return document.querySelectorAll('h1, main').length") == 2
+
+
 def test_the_photometer_in_the_picture_reads_what_the_program_reads(page, report):
+    beside(page)
     spots = ((150, 400), (320, 460), (500, 200), (60, 300))
     for x, y in spots:
         pointer(page, "#a", x, y, click=True)
-    assert [row[0] for row in readout(page)] == ["Grey room", "Red-paint room"]
+    assert [row[0] for row in readout(page)][::3] == ["Grey room: illuminance lx",
+                                                      "Red-paint room: illuminance lx"]
     rows = kept(page)
     assert len(rows) == len(spots) * 3 * 2
     for row in rows:
@@ -216,15 +301,16 @@ def test_the_photometer_in_the_picture_reads_what_the_program_reads(page, report
 
 
 def test_hovering_shows_both_rooms_and_leaving_hides_them(page):
+    beside(page)
     pointer(page, "#b", 320, 420)
-    grey, red = readout(page)
-    assert grey[0] == "Grey room"
-    assert red[0] == "Red-paint room"
+    grey, grey_direct, _, red, red_direct, _ = readout(page)
     assert float(red[2].split()[0]) > float(grey[2].split()[0]) > 100
-    assert grey[4] == red[4]  # direct light is the same
+    assert grey_direct[2] == red_direct[2]  # direct light is the same
+    assert grey[3] == "0 %"
+    assert red[3].startswith("+")
     pointer(page, "#a", 320, 40)
-    assert readout(page)[0][2] == "a luminaire"
-    choose(page, "bands", "difference")
+    assert readout(page)[0][0].endswith("a luminaire, cd/m²")
+    choose(page, "light", "direct")
     assert readout(page) == []
 
 
@@ -241,8 +327,13 @@ def test_the_room_in_three_dimensions_turns_and_reads_patches(page):
     def drawn():
         return page.execute_script("return document.querySelector('#view3d canvas').toDataURL()")
 
+    beside(page, ("0", "31"), ("2", "rgb"))
+    one(page, "#space summary").click()
+    waited(lambda: page.find_elements("css selector", "#view3d canvas"))
     box = one(page, "#view3d")
     page.execute_script("arguments[0].scrollIntoView({block: 'center'})", box)
+    waited(lambda: page.execute_script(
+        "return document.querySelector('#view3d canvas').width > 300"))
     before = drawn()
     box.send_keys(LEFT)
     assert drawn() != before
@@ -255,7 +346,7 @@ def test_the_room_in_three_dimensions_turns_and_reads_patches(page):
     ActionChains(page, duration=0).move_to_element_with_offset(box, middle_of_a, 20).click().perform()
     assert "mean over a patch" in one(page, ".card").text
     before = drawn()
-    choose(page, "quantity", "illuminance")
+    choose(page, "mode", "pseudocolour")
     assert drawn() != before
 
 
@@ -273,7 +364,7 @@ position = [2, 2, 0]
     opened(browser, file)
     assert browser.title == "<script>alert(1)</script>=1+1"
     assert browser.find_elements("css selector", "img") == []
-    assert not one(browser, "#b").is_displayed()  # one room, one picture
+    assert one(browser, "#finding p").text.startswith("RGB ")
     pointer(browser, "#a", 300, 300, click=True)
     assert kept(browser)[0]["room"] == "<script>alert(1)</script>=1+1"
     assert [entry for entry in browser.get_log("browser") if entry["level"] != "INFO"] == []

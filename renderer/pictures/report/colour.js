@@ -33,14 +33,15 @@ function paletteColour(name, x) {
   return [0, 1, 2].map(c => palette[3 * k + c] * (1 - part) + palette[3 * k + 3 + c] * part);
 }
 
-function scaleColour(value, state) {
+// how : {top, scale, palette, signed}
+function scaleColour(value, how) {
   if (Number.isNaN(value)) return NO_READING;
-  if (state.bands === "difference") {
-    const x = Math.min(1, onScale(Math.abs(value), state.top, state.scale));
+  if (how.signed) {
+    const x = Math.min(1, onScale(Math.abs(value), how.top, how.scale));
     return paletteColour("difference", 0.5 + Math.sign(value) * x / 2);
   }
-  const x = onScale(value, state.top, state.scale);
-  return x > 1 ? LAMP : paletteColour(state.palette, x);
+  const x = onScale(value, how.top, how.scale);
+  return x > 1 ? LAMP : paletteColour(how.palette, x);
 }
 
 // RGB above 31 bands, in per cent of the latter; no figure where there is no light.
@@ -50,12 +51,11 @@ const figure = (value, digits = 4) => !Number.isFinite(value) ? "–"
   : value !== 0 && (Math.abs(value) >= 1e6 || Math.abs(value) < 1e-3) ? value.toExponential(digits - 1)
   : String(Number(value.toPrecision(digits)));
 
-function ticks(state) {
-  const {top, scale, bands} = state;
+function ticks({top, scale, signed}) {
   const marks = scale === "log"
     ? [[0, `≤ ${figure(top / 10 ** DECADES, 2)}`], ...[1, 2, 3].map(k => [k / DECADES, figure(top / 10 ** (DECADES - k), 2)])]
     : [0, 1, 2, 3, 4, 5].map(k => [k / 5, figure(top * k / 5, 3)]);
-  if (bands !== "difference") return marks;
+  if (!signed) return marks;
   const halves = scale === "log" ? marks.slice(2) : [[0.5, figure(top / 2, 3)], [1, figure(top, 3)]];
   return [...halves.map(([x, text]) => [0.5 - x / 2, `−${text}`]).reverse(), [0.5, "0"],
           ...halves.map(([x, text]) => [0.5 + x / 2, `+${text}`])];

@@ -15,7 +15,12 @@ from renderer.pictures.report.bars import patch_bars, shadow_bars
 from renderer.pictures.report.pack import Pack
 from renderer.readings.uncertainty import STUDENT
 from renderer.solving.solution import Solution
+from renderer.transport.sensors import direct_on
 from renderer.transport.transport import Transport
+
+MAX_FINE_PLACES, MAX_STEPS, FINE_RAYS, FINE_INSET = 60_000, 8, 64, 1e-3
+"""Of direct light in three dimensions: places in all, steps across a patch, shadow rays of each place, and
+how far inside its patch a place on its edge is, relative to the patch."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +71,28 @@ def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
         "light": _columns(lamps.joined(transport.direct), pack),
         "lightBars": _columns(np.sqrt(_squares(lamps, STUDENT * spread)), pack),
         "shining": _sparse(lamps.joined(_exitance(transport)), pack),
-        "groups": len(lamps.first),
+        "groups": len(lamps.first), "fine": _fine(transport, lamps, pack),
         "luminaires": [{"name": lum.name, "center": (lum.center - mesh.middle).tolist(),
                         "outline": None if lum.is_point else (lum.outline - mesh.middle).tolist()}
                        for lum in transport.luminaires],
     }
+
+
+def _fine(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
+    """Direct light at (steps + 1)² places on each exposed patch, three corners of each triangle, per lumen of
+    each group: what the room in three dimensions shows between vertices."""
+    mesh = transport.mesh
+    shown = np.flatnonzero(transport.exchange.areas > 0)
+    quads, triangles = (shown[mesh.triangular[shown] == flag] for flag in (False, True))
+    steps = int(np.clip(np.sqrt(MAX_FINE_PLACES / max(1, len(quads))) - 1, 1, MAX_STEPS))
+    across = np.arange(steps + 1) / steps
+    t, s = np.meshgrid(across, across, indexing="ij")
+    patch = np.concatenate([np.repeat(quads, s.size), np.repeat(triangles, 3)])
+    st = np.vstack([np.tile(np.column_stack([s.ravel(), t.ravel()]), (len(quads), 1)),
+                    np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (len(triangles), 1))])
+    st += FINE_INSET * (mesh.middle_st[patch] - st)  # an edge has no one answer
+    light = direct_on(transport, patch, *st.T, 3, FINE_RAYS)[0]
+    return {"steps": steps, "light": _columns(lamps.joined(light), pack)}
 
 
 def _exitance(transport: Transport) -> sparse.csr_array:

@@ -7,6 +7,7 @@ const geometries = data.geometries.map(g => ({...g,
   vertices: reals(bytes, g.vertices), patches: wholes(bytes, g.patches), surface: wholes(bytes, g.surface),
   vertexSurface: wholes(bytes, g.vertexSurface), shown: wholes(bytes, g.shown), lamp: wholes(bytes, g.lamp),
   light: g.light.map(column => logarithms(bytes, column)),
+  fine: {steps: g.fine.steps, light: g.fine.light.map(column => logarithms(bytes, column))},
   lightBars: g.lightBars.map(column => logarithms(bytes, column)), shining: sparse(bytes, g.shining)}));
 const views = data.views.map(v => ({...v, patch: wholes(bytes, v.patch),
   light: v.light.map(column => logarithms(bytes, column)), bars: sparse(bytes, v.bars),

@@ -1,65 +1,79 @@
 // The switches.
 
 function draw() {
-  const single = rooms.length === 1 || state.left === state.right;
-  const over = state.layout === "over" && !single;
-  $("stage").className = single ? "single" : state.layout;
+  const over = state.layout === "over" && !single();
+  $("stage").className = single() ? "single" : state.layout;
   $("pictures").classList.toggle("over-shown", over);
-  $("b").hidden = single;
-  panes.slice(0, single ? 1 : 2).forEach(paint);
-  $("top").value = figure(state.top);
-  document.querySelectorAll("[name=mode]").forEach(input => { input.disabled = state.bands === "difference"; });
-  $("palette").disabled = state.bands === "difference";
-  drawLegend();
+  $("b").hidden = single();
+  fitScales();
+  shownPanes().forEach(pane => { paint(pane); drawLegend(pane); });
+  const keys = shownPanes().map(scaleKey), two = over && keys[1] !== null && keys[1] !== keys[0];
+  $("b").classList.toggle("own", two);
+  $("pictures").classList.toggle("scaled", over && keys.some(key => key !== null));
+  $("pictures").classList.toggle("two", two && keys[0] !== null);
+  $("wipe").querySelector(".from").textContent = panes[0].label.textContent;
+  $("wipe").querySelector(".to").textContent = panes[1].label.textContent;
+  const key = topKey();
+  $("scaling").disabled = key === null;
+  if (key !== null) $("top").value = figure(state.tops[key]);
+  $("palette").hidden = shownPanes().every(pane => ["difference", null].includes(scaleKey(pane)));
+  document.querySelectorAll("#tiles button").forEach(tile =>
+    tile.setAttribute("aria-pressed", String(shownRooms().some(room => room.index === Number(tile.dataset.room)))));
+  for (const side of ["left", "right"]) { $(side).value = state[side]; $(`${side}Bands`).value = state[`${side}Bands`]; }
   drawMarks();
+  drawMeters();
   readOut();
   colourSpace();
 }
 
 function start() {
-  for (const [id, side] of [["left", "left"], ["right", "right"]]) {
-    $(id).append(...rooms.map(room => element("option", {value: room.index, textContent: room.title})));
-    $(id).value = state[side];
-    $(id).addEventListener("change", () => { state[side] = Number($(id).value); draw(); });
+  for (const side of ["left", "right"]) {
+    $(side).append(...rooms.map(room => element("option", {value: room.index, textContent: room.title})));
+    $(side).addEventListener("change", () => { state[side] = Number($(side).value); draw(); });
+    $(`${side}Bands`).addEventListener("change", () => { state[`${side}Bands`] = $(`${side}Bands`).value; draw(); });
   }
-  $("which").hidden = $("layout").hidden = rooms.length === 1;
-  if (!rooms.some(room => room.view)) state.tops.luminance = fitted();
-  if (!rooms.some(room => room.view)) $("pictures").querySelectorAll("#stage, #readout").forEach(part => { part.hidden = true; });
-  for (const name of ["layout", "light", "bands", "mode", "quantity"]) {
+  document.querySelectorAll("#tiles button").forEach(tile => tile.addEventListener("click", () => {
+    state.left = state.right = Number(tile.dataset.room);
+    draw();
+  }));
+  if (!rooms.some(room => room.view)) $("pictures").hidden = $("readout").hidden = $("controls").hidden = true;
+  for (const name of ["layout", "light", "mode", "quantity"]) {
     document.querySelectorAll(`[name=${name}]`).forEach(input => {
       input.checked = input.value === state[name];
-      input.addEventListener("change", () => {
-        state[name] = input.value;
-        if (state.top === null) state.tops.difference = fitted();
-        if (["bands", "quantity"].includes(name)) base = null;
-        $("slide").value = 0;
-        draw();
-      });
+      input.addEventListener("change", () => { state[name] = input.value; draw(); });
     });
   }
   for (const name of ["scale", "palette"]) {
     $(name).value = state[name];
     $(name).addEventListener("change", () => { state[name] = $(name).value; draw(); });
   }
-  let base = null;
-  const setTop = value => { if (value > 0 && Number.isFinite(value)) state.tops[topKey()] = value; draw(); };
-  $("top").addEventListener("change", () => { base = null; $("slide").value = 0; setTop(Number($("top").value)); });
-  $("slide").addEventListener("input", () => {
-    base ??= state.top;
-    setTop(base * 10 ** (Number($("slide").value) / 100));
+  $("top").addEventListener("change", () => {
+    const value = Number($("top").value), key = topKey();
+    if (value > 0 && Number.isFinite(value)) { state.tops[key] = value; state.byHand[key] = true; }
+    draw();
   });
-  $("fit").addEventListener("click", () => { base = null; $("slide").value = 0; setTop(fitted()); });
+  $("fit").addEventListener("click", () => { state.byHand[topKey()] = false; draw(); });
   $("controls").addEventListener("submit", event => event.preventDefault());
   $("wipe").querySelector("input").addEventListener("input", event =>
     $("stage").style.setProperty("--wipe", `${event.target.value}%`));
   $("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme !== "dark"));
   theme(matchMedia("(prefers-color-scheme: dark)").matches);
+  $("project").addEventListener("click", () => projecting(!document.documentElement.classList.contains("projecting")));
+  document.addEventListener("keydown", event => { if (event.key === "Escape") projecting(false); });
+  window.addEventListener("beforeprint", () => { $("table").open = $("how").open = true; });
+  $("space").addEventListener("toggle", () => { if ($("space").open) colourSpace(); });
   document.querySelectorAll("[data-file]").forEach(button => button.addEventListener("click", () => {
     const [room, file] = button.dataset.file.split(",").map(Number), {name, text, base64} = rooms[room].files[file];
     const content = text ?? Uint8Array.from(atob(base64), c => c.charCodeAt(0));
     save(name.split("/").pop(), content, "application/octet-stream");
   }));
   draw();
+}
+
+// Large type and no controls; Escape, or the button again, ends it.
+function projecting(on) {
+  document.documentElement.classList.toggle("projecting", on);
+  $("project").textContent = on ? "Esc" : "Project";
 }
 
 function theme(dark) {

@@ -15,7 +15,7 @@ import numpy as np
 from renderer.colour.bands import LUMINANCE_WEIGHTS, XYZ_TO_BT709
 from renderer.pictures.camera import View
 from renderer.pictures.image import exposure, white_balance
-from renderer.pictures.pseudocolour import scale_top
+from renderer.pictures.pseudocolour import COLOUR_MAP, DIFFERENCE, RAINBOW, scale_top
 from renderer.pictures.report.data import (
     bars_data,
     geometry_data,
@@ -25,8 +25,10 @@ from renderer.pictures.report.data import (
 )
 from renderer.pictures.report.files import scene_files
 from renderer.pictures.report.pack import CURVES, ERROR, Pack
-from renderer.pictures.report.tables import files_list, plan_table, readings_table
+from renderer.pictures.report.tables import files_list, plan_table, readings_table, tiles
+from renderer.readings.finding import Finding, headline
 from renderer.readings.reading import Reading
+from renderer.records.finding import solution_finding
 from renderer.solving.solution import Solution
 from renderer.system.files import whole_file
 
@@ -41,8 +43,9 @@ END = """})().catch(problem => {
   throw problem;
 });
 """
-PALETTES = {"viridis": "viridis", "cividis": "cividis", "magma": "magma", "difference": "PuOr_r"}
-"""matplotlib's, all of them clear to the colour-blind."""
+PALETTES = {"viridis": COLOUR_MAP, "cividis": "cividis", "magma": "magma", "rainbow": RAINBOW,
+            "difference": DIFFERENCE}
+"""matplotlib's, all but the rainbow clear to the colour-blind."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,11 @@ class Room:
     def scene(self):
         """What was solved."""
         return self.solutions["31"].scene
+
+    @property
+    def finding(self) -> Finding:
+        """What RGB gets wrong in it."""
+        return solution_finding(self.solutions["rgb"], self.solutions["31"], self.readings["31"])
 
     @property
     def title(self) -> str:
@@ -89,6 +97,7 @@ def page(rooms: list[Room], command: str, notes: list[str]) -> str:
     titles = " · ".join(dict.fromkeys(room.title for room in rooms))
     filled = {
         "policy": _policy([three, own]), "title": escape(titles),
+        "finding": escape(headline([room.finding for room in rooms])), "tiles": tiles(rooms),
         "style": (HERE / "report.css").read_text(encoding="utf-8"),
         "notes": "".join(f"<p>{escape(note)}</p>" for note in notes),
         "readings": readings_table(rooms), "plan": plan_table(rooms), "files": files_list(rooms),
@@ -115,7 +124,8 @@ def _data(rooms: list[Room], pack: Pack) -> dict:
         if room.view is not None and id(room.view) not in views:
             views[id(room.view)] = view_data(room.view, of, pack)
         shown.append({
-            "title": room.title, "geometry": list(geometries).index(id(transport)),
+            "title": room.title, "percent": room.finding.percent,
+            "geometry": list(geometries).index(id(transport)),
             "view": None if room.view is None else list(views).index(id(room.view)),
             "surfaces": room.scene.surface_names,
             "materials": [s.material.name if s.material else "luminaire" for s in room.scene.surfaces],
@@ -137,7 +147,8 @@ def _photometers(room: Room) -> list[dict]:
     return [{"name": p.name, "position": list(p.position), "normal": list(p.normal),
              "mark": None if mark is None else [mark[0] / view.camera.width, mark[1] / view.camera.height],
              "lx": {name: readings[k].total_lx for name, readings in room.readings.items()},
-             "bar": room.readings["31"][k].uncertainty}
+             "bar": room.readings["31"][k].uncertainty,
+             "percent": room.readings["31"][k].rgb_error_percent}
             for k, (p, mark) in enumerate(zip(scene.photometers, marks, strict=True))]
 
 

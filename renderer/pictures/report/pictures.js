@@ -8,17 +8,26 @@ function element(tag, properties = {}, ...children) {
   return made;
 }
 
-const state = {left: 0, right: Math.min(1, rooms.length - 1), layout: "beside", light: "total", bands: "31",
+const worst = rooms.reduce((k, room) => Math.abs(room.percent ?? 0) > Math.abs(rooms[k].percent ?? 0) ? room.index : k, 0);
+const state = {left: worst, right: worst, leftBands: "rgb", rightBands: "31", layout: "over", light: "total",
                mode: "picture", quantity: "luminance", scale: "linear", palette: "viridis",
-               tops: {luminance: data.top.luminance, illuminance: data.top.illuminance, difference: null}};
-const topKey = () => state.bands === "difference" ? "difference" : state.quantity;
-Object.defineProperty(state, "top", {get: () => state.tops[topKey()]});
+               tops: {luminance: data.top.luminance, illuminance: data.top.illuminance, difference: 1}, byHand: {}};
 
 const panes = [["a", "left"], ["b", "right"]].map(([id, side]) => ({id, side, figure: $(id),
-  frame: $(id).querySelector(".frame"), canvas: $(id).querySelector("canvas"),
-  marks: $(id).querySelector(".marks"), caption: $(id).querySelector("figcaption")}));
-const shownRooms = () => rooms.length === 1 ? [rooms[0]] : [rooms[state.left], rooms[state.right]];
+  frame: $(id).querySelector(".frame"), canvas: $(id).querySelector(".frame canvas"),
+  marks: $(id).querySelector(".marks"), caption: $(id).querySelector("figcaption"),
+  legend: $(id).querySelector(".legend"), label: $(id).querySelector(".side")}));
+const single = () => state.left === state.right && state.leftBands === state.rightBands;
+const shownPanes = () => single() ? [panes[0]] : panes;
+const shownRooms = () => [...new Set(shownPanes().map(roomOf))];
 const roomOf = pane => rooms[state[pane.side]];
+const bandsOf = pane => state[`${pane.side}Bands`];
+
+// The scale that a pane's colours are on; null for a picture, which has none.
+const scaleKey = pane => bandsOf(pane) === "difference" ? "difference" : state.mode === "picture" ? null : state.quantity;
+const scaleOf = pane => ({top: state.tops[scaleKey(pane)], scale: state.scale, palette: state.palette,
+                          signed: bandsOf(pane) === "difference"});
+const topKey = () => shownPanes().map(scaleKey).find(key => key !== null) ?? null;
 
 // The quantity shown, of each pixel, in one band set.
 function amounts(room, name) {
@@ -29,33 +38,46 @@ function amounts(room, name) {
   return Float64Array.from({length: n}, (_, i) => p.direct[3 * i + 1] + (total ? p.indirect[3 * i + 1] : 0));
 }
 
-function values(room) {
-  if (state.bands !== "difference") return amounts(room, state.bands);
+function values(room, bands) {
+  if (bands !== "difference") return amounts(room, bands);
   const rgb = amounts(room, "rgb"), spectral = amounts(room, "31");
   return rgb.map((x, i) => difference(x, spectral[i]));
 }
 
 function paint(pane) {
-  const room = roomOf(pane), {view} = room;
+  const room = roomOf(pane), {view} = room, bands = bandsOf(pane);
   pane.frame.hidden = view === null;
-  pane.caption.replaceChildren(pane.id === "a" && rooms.length > 1 ? "A  " : rooms.length > 1 ? "B  " : "",
-                               room.title, element("span", {textContent: view ? ` — ${saidOf()}` : " — no picture"}));
+  pane.caption.replaceChildren(room.title, element("span", {textContent: view ? ` — ${saidOf(pane)}` : " — no picture"}));
+  pane.label.textContent = state.left === state.right ? BANDS_SAID[bands] : `${room.title}, ${BANDS_SAID[bands]}`;
   if (!view) return;
+  pane.figure.style.setProperty("--shape", view.width / view.height);
   pane.canvas.width = view.width; pane.canvas.height = view.height;
   const context = pane.canvas.getContext("2d"), image = context.createImageData(view.width, view.height);
   const n = view.width * view.height;
-  if (state.mode === "picture" && state.bands !== "difference") {
-    const p = picture(room, state.bands), d = p.direct, e = p.indirect, share = state.light === "total" ? 1 : 0;
+  if (scaleKey(pane) === null) {
+    const p = picture(room, bands), d = p.direct, e = p.indirect, share = state.light === "total" ? 1 : 0;
     for (let i = 0; i < n; i++) {
       const k = 3 * i;
       put(image.data, i, toned(d[k] + share * e[k], d[k + 1] + share * e[k + 1], d[k + 2] + share * e[k + 2]));
     }
   } else {
-    const shown = values(room);
-    for (let i = 0; i < n; i++) put(image.data, i, view.patch[i] ? scaleColour(shown[i], state) : NONE);
+    const shown = values(room, bands), how = scaleOf(pane);
+    for (let i = 0; i < n; i++) put(image.data, i, view.patch[i] ? scaleColour(shown[i], how) : NONE);
+    if (how.signed) outline(image.data, room);
   }
   context.putImageData(image, 0, 0);
-  pane.frame.setAttribute("aria-label", `${room.title}, ${saidOf()}: arrow keys move the photometer, Enter keeps a reading`);
+  pane.frame.setAttribute("aria-label", `${room.title}, ${saidOf(pane)}: arrow keys move the photometer, Enter keeps a reading`);
+}
+
+// Edges of surfaces, without which a room where all is alike would be blank.
+function outline(pixels, room) {
+  const {view, geometry: g} = room, {width, height} = view;
+  const surface = i => view.patch[i] ? g.surface[view.patch[i] - 1] : -1;
+  for (let i = 0; i < width * height; i++) {
+    const right = i % width < width - 1 && surface(i) !== surface(i + 1);
+    const below = i + width < width * height && surface(i) !== surface(i + width);
+    if (right || below) put(pixels, i, [110, 110, 110]);
+  }
 }
 
 function put(pixels, i, colour) {
@@ -63,42 +85,47 @@ function put(pixels, i, colour) {
   pixels[4 * i + 3] = 255;
 }
 
-function saidOf() {
-  const light = state.light === "total" ? "total light" : "direct light";
-  const bands = {rgb: "RGB", 31: "31 bands", difference: "RGB against 31 bands"}[state.bands];
-  return `${light}, ${bands}`;
-}
+const BANDS_SAID = {rgb: "RGB", 31: "31 bands", difference: "RGB against 31 bands"};
+const saidOf = pane => `${state.light === "total" ? "total light" : "direct light"}, ${BANDS_SAID[bandsOf(pane)]}`;
 
-// A round end of the scale that all but a few of the values shown stay below.
-function fitted() {
-  const every = shownRooms().flatMap(room => {
-    const {view, geometry: {lamp}} = room, shown = view ? values(room) : patchValues(room);
+// A round end of a scale that all but a few of the values shown stay below.
+function fitted(key) {
+  const every = shownPanes().filter(pane => scaleKey(pane) === key).flatMap(pane => {
+    const room = roomOf(pane), {view, geometry: {lamp}} = room;
+    const shown = view ? values(room, bandsOf(pane)) : patchValues(room, bandsOf(pane));
     return Array.from(shown, Math.abs).filter((x, i) => x > 0 && !(view ? lamp[view.patch[i] - 1] : lamp[i]));
   }).sort((a, b) => a - b);
   const end = share => every[Math.floor(share * (every.length - 1))] ?? 1;
-  return round(state.bands === "difference" ? Math.max(0.01, end(0.98)) : end(0.995));
+  return round(key === "difference" ? Math.max(1, end(0.98)) : end(0.995));
 }
 
-function drawLegend() {
-  const canvas = $("legend").querySelector("canvas"), context = canvas.getContext("2d");
-  const image = context.createImageData(512, 1), signed = state.bands === "difference";
-  const step = x => state.scale === "stepped" ? (Math.min(STEPS - 1, Math.floor(x * STEPS)) + 0.5) / STEPS : x;
+function fitScales() {
+  for (const key of new Set(shownPanes().map(scaleKey))) {
+    if (key !== null && !state.byHand[key]) state.tops[key] = fitted(key);
+  }
+}
+
+function drawLegend(pane) {
+  const how = scaleOf(pane), key = scaleKey(pane);
+  pane.legend.hidden = key === null || !roomOf(pane).view;
+  if (key === null) return;
+  const canvas = pane.legend.querySelector("canvas"), context = canvas.getContext("2d");
+  const image = context.createImageData(512, 1);
+  const step = x => how.scale === "stepped" ? (Math.min(STEPS - 1, Math.floor(x * STEPS)) + 0.5) / STEPS : x;
   for (let i = 0; i < 512; i++) {
     const x = i / 511, y = 2 * x - 1;
-    put(image.data, i, signed ? paletteColour("difference", 0.5 + Math.sign(y) * step(Math.abs(y)) / 2)
-                              : paletteColour(state.palette, step(x)));
+    put(image.data, i, how.signed ? paletteColour("difference", 0.5 + Math.sign(y) * step(Math.abs(y)) / 2)
+                                  : paletteColour(how.palette, step(x)));
   }
   context.putImageData(image, 0, 0);
-  const unit = signed ? "%" : state.quantity === "luminance" ? "cd/m²" : "lx";
-  const marks = ticks(state);
-  $("legend").querySelector(".ticks").replaceChildren(...marks.map(([x, text]) => {
+  pane.legend.querySelector(".ticks").replaceChildren(...ticks(how).map(([x, text]) => {
     const span = element("span", {textContent: text});
     span.style.left = `${100 * x}%`;
     return span;
   }));
-  $("legend").querySelector("b").textContent = signed ? "RGB against 31 bands, %" : unit;
-  $("legend").hidden = state.mode === "picture" && !signed && !$("view3d").querySelector("canvas");
-  $("legend").title = signed ? "RGB above or below 31 bands" : "White: above the scale. Grey: a luminaire, where nothing is read.";
+  const unit = state.quantity === "luminance" ? "cd/m²" : "lx";
+  pane.legend.querySelector("b").textContent = how.signed ? "RGB too dark (purple) or too bright (orange), %" : unit;
+  pane.legend.title = how.signed ? "" : "White: above the scale. Grey: a luminaire, where nothing is read.";
 }
 
 function placed(item, x, y) {
@@ -134,29 +161,43 @@ function pointAt(room, pixel) {
   readOut();
 }
 
+// The chosen rooms' photometers: RGB beside 31 bands.
+function drawMeters() {
+  const several = shownRooms().length > 1;
+  const tables = shownRooms().filter(room => room.photometers.length).map(room => {
+    const rows = room.photometers.map(p => [p.name, figure(p.lx.rgb), `${figure(p.lx["31"])} ± ${figure(p.bar, 2)}`, signed(p.percent)]);
+    const made = tableOf(["at", "RGB lx", "31 bands lx", "RGB is off by"], rows);
+    made.querySelector("table").prepend(element("caption", {textContent: several ? room.title : `Readings: ${room.title}`}));
+    const off = room.photometers.map(p => Math.abs(p.percent ?? 0)), most = off.indexOf(Math.max(...off));
+    if (off.length > 1) made.querySelectorAll("tbody tr")[most].className = "worst";
+    return made;
+  });
+  $("meters").replaceChildren(...tables);
+}
+
 function readOut() {
   if (!rooms.some(room => room.view)) return;
   if (!cursor) {
-    $("readout").replaceChildren(element("p", {className: "hint", textContent: "Point at a picture for luminance and "
-      + "illuminance there; click, or arrow keys and Enter, to keep a reading."}));
+    $("readout").replaceChildren(element("p", {className: "hint", textContent: "Point at the picture to read the light there; "
+      + "click, or arrow keys and Enter, to keep a reading."}));
     return;
   }
   const spot = cursor.spots[cursor.room.index];
-  const names = state.bands === "difference" ? ["rgb", "31"] : [state.bands];
-  const rows = [...new Set(shownRooms())].flatMap(room => {
-    const there = cursor.spots[room.index];
-    if (!there) return [[room.title, "–", "not seen there", "", "", ""]];
-    return names.map(name => {
-      const v = there.values[name];
-      return [room.title, BANDS[name], there.lamp ? "a luminaire" : `${figure(v.total)} ± ${figure(v.bar, 2)}`,
-              figure(v.luminance), figure(v.direct), figure(v.indirect)];
-    }).concat(names.length === 2 ? [[room.title, "RGB against 31",
-      `${figure(difference(there.values.rgb.total, there.values["31"].total), 3)} %`,
-      `${figure(difference(there.values.rgb.luminance, there.values["31"].luminance), 3)} %`, "", ""]] : []);
+  const rows = shownRooms().flatMap(room => {
+    const there = cursor.spots[room.index], title = shownRooms().length > 1 ? `${room.title}: ` : "";
+    if (!there) return [[`${title}not seen there`, "", "", ""]];
+    const {rgb, 31: full} = there.values;
+    const row = (what, key, bar) => [`${title}${what}`, figure(rgb[key]), figure(full[key]) + (bar ? ` ± ${figure(full.bar, 2)}` : ""),
+                                     signed(difference(rgb[key], full[key]))];
+    return there.lamp ? [[`${title}a luminaire, cd/m²`, ...row("", "luminance", false).slice(1)]]
+      : [row("illuminance lx", "total", true), row("direct lx", "direct", false), row("luminance cd/m²", "luminance", false)];
   });
-  $("readout").replaceChildren(tableOf([`${spot.surface} (${spot.position.map(x => figure(x)).join(", ")}) m`, "bands",
-    "illuminance lx", "luminance cd/m²", "direct lx", "indirect lx"], rows));
+  $("readout").replaceChildren(tableOf([`${spot.surface} (${spot.position.map(x => figure(x, 3)).join(", ")}) m`,
+    "RGB", "31 bands", "off by"], rows));
 }
+
+const signed = percent => !Number.isFinite(percent) ? "–" : Math.abs(percent) < 0.005 ? "0 %"
+  : `${percent > 0 ? "+" : "−"}${figure(Math.abs(percent), Math.abs(percent) < 9.95 ? 2 : Math.max(2, Math.ceil(Math.log10(Math.abs(percent)))))} %`;
 
 function tableOf(columns, rows) {
   const head = element("tr", {}, ...columns.map(c => element("th", {textContent: c, scope: "col"})));

@@ -3,6 +3,7 @@
 from html import escape
 
 from renderer.pictures.sheet import BAND_TITLES
+from renderer.readings.finding import signed
 
 DASH = "–"
 
@@ -16,12 +17,25 @@ def table(columns: list[str], rows: list[list[str]], caption: str) -> str:
             f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>")
 
 
+def tiles(rooms: list) -> str:
+    """A button a room: its title, and by how much RGB is off."""
+    parts = []
+    for k, room in enumerate(rooms):
+        found = room.finding
+        kind = "" if not found.claimed else ' class="bright"' if found.percent > 0 else ' class="dark"'
+        said = signed(found.percent) if found.claimed else found.amount
+        parts.append(f'<button type="button" data-room="{k}" aria-pressed="false"{kind}><span>'
+                     f"{escape(room.title)}</span><b>{escape(said)}</b></button>")
+    return "".join(parts)
+
+
 def readings_table(rooms: list) -> str:
     """Each photometer in each room and band set, with its error bar and its ratio to the first room."""
     columns = ["room", "bands", "photometer", "direct lx", "indirect lx", "total lx", "± 95 % lx",
-               "to first room", "by bands lx", "x, y", "CCT K", "Duv", "melanopic EDI lx"]
+               "RGB off by", "to first room", "by bands lx", "x, y", "CCT K", "Duv", "melanopic EDI lx"]
     rows, first = [], {}
     for room in rooms:
+        off = {r["name"]: r["rgb_error_percent"] for r in room.records["31"]["readings"]}
         for name, record in room.records.items():
             for r in record["readings"]:
                 lux = r["illuminance_lx"]
@@ -29,7 +43,8 @@ def readings_table(rooms: list) -> str:
                 rows.append([
                     room.title, BAND_TITLES[name], r["name"],
                     *(f"{lux[key]:.2f}" for key in ("direct", "indirect", "total")),
-                    f"{lux['uncertainty']:.2g}", f"{lux['total'] / base:.3f}" if base else DASH,
+                    f"{lux['uncertainty']:.2g}", DASH if name != "rgb" else signed(off[r["name"]]),
+                    f"{lux['total'] / base:.3f}" if base else DASH,
                     f"{r['errors_lx']['bands']:.2g}",
                     DASH if r["xy"] is None else "{:.4f}, {:.4f}".format(*r["xy"]),
                     DASH if r["cct_K"] is None else f"{r['cct_K']:.0f}",
