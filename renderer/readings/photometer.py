@@ -6,6 +6,7 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.radiometry.polygons import HORIZON, exchanged, polygon_factors
+from renderer.readings.elements import Seen, all_seen, element_light, near_lamps, seen_past
 from renderer.readings.uncertainty import half_width
 from renderer.scene import room as room_shell
 from renderer.system.threads import in_threads
@@ -13,7 +14,7 @@ from renderer.transport.direct.direct import direct_at
 from renderer.transport.factors.shafts import may_be_hidden
 from renderer.transport.rays.ray_scene import STAND_OFF
 from renderer.transport.rays.sampling import Nets
-from renderer.transport.sensors import Sensor, direct_on, sense
+from renderer.transport.sensors import Sensor, sense
 from renderer.transport.transport import Transport
 
 LARGEST, COARSEST, OF_PATCH = 2.5e-4, 2e-3, 2.0
@@ -149,21 +150,19 @@ def _sensors(transport: Transport, spot: Spot, rays: int) -> tuple[Sensor, ...]:
     """What each surface sends to a meter, in independent samples. rays : in each to what is seen in part"""
     parts = transport.parts
     patch, corners, factor, whole = _elements(transport, spot)
-    triangular = transport.mesh.triangular[patch]
-    st = np.where(triangular[:, None], corners[:, :3].mean(axis=1), corners.mean(axis=1))
-    factors = np.broadcast_to(factor, (parts, len(factor)))
+    seen = all_seen(transport.mesh, patch, corners, parts)
     if transport.ray_scene is not None:
-        share, st = _seen(transport, spot, patch, corners, st, rays)
-        partly, seen = (share < 1).any(axis=0), share.any(axis=0)
-        corners = np.where(partly[:, None, None], st[:, None], corners)
-        patch, corners, st, whole = patch[seen], corners[seen], st[seen], (whole & ~partly)[seen]
-        factors = (factor * share)[:, seen]
-    # A whole patch has its mean light; of what is seen in part, light is taken in the middle of that part.
+        seen = _seen(transport, spot, patch, corners, seen, rays)
+        some = seen.share.any(axis=0)
+        patch, corners, factor, seen = patch[some], corners[some], factor[some], seen.of(some)
+        whole = whole[some] & (seen.share == 1).all(axis=0)
+    # A whole patch has its mean light; elements of patches have their own.
     light = transport.direct_parts[:, patch]
     divided = np.flatnonzero(~whole)
-    light[:, divided] = direct_on(transport, patch[divided], *st[divided].T, 0, rays, parts, corners[divided])
-    return tuple(sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *st.T, factors,
-                       light, conserving=True))
+    light[:, divided] = element_light(transport, spot.position, spot.normal, patch[divided], corners[divided],
+                                      seen.of(divided), rays)
+    return tuple(sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *seen.middle.T,
+                       factor * seen.share, light, conserving=True))
 
 
 def _direct(transport: Transport, spot: Spot) -> np.ndarray:
@@ -178,32 +177,30 @@ def _direct(transport: Transport, spot: Spot) -> np.ndarray:
         rays *= 4
 
 
-def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray,
-          st: np.ndarray, rays: int) -> tuple[np.ndarray, np.ndarray]:
-    """Share of each element that a meter sees past what stands between (parts, k), and the middle of what it
-    sees (k, 2): its own, `st`, where it is seen whole. rays : to each in each part"""
+def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray, seen: Seen,
+          rays: int) -> Seen:
+    """What a meter sees of each element (k) past what stands between. seen : what there is to see; rays : to
+    each in each part"""
     mesh, ray_scene = transport.mesh, transport.ray_scene
-    share, st = np.ones((transport.parts, len(patch))), st.copy()
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))
     nets = Nets(rays, 2, (transport.seed, 6), transport.parts)
+    places = np.empty((len(doubtful), transport.parts * rays, 2))
+    worth, clear = np.empty(places.shape[:2]), np.empty(places.shape[:2], dtype=bool)
 
     def look(start: int, stop: int) -> None:
         part = doubtful[start:stop]
         points = mesh.within(patch[part], corners[part], nets.draw(start, stop))
         targets = mesh.at(patch[part, None], *points)
         lifted = ray_scene.off(targets, mesh.normal[patch[part], None])
-        clear = ray_scene.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
-        worth = exchanged(spot.position, spot.normal, targets, mesh.normal[patch[part], None])
-        past = worth * clear
-        total, through = (np.einsum("kpr->pk", x.reshape(-1, transport.parts, rays)) for x in (worth, past))
-        share[:, part] = np.where(total > 0, through / np.where(total > 0, total, 1.0), 0.0)
-        some = np.flatnonzero(past.any(axis=1) & ~clear.all(axis=1))
-        past = past[some] / past[some].sum(axis=1)[:, None]
-        st[part[some]] = np.stack([(x[some] * past).sum(axis=1) for x in points], axis=1)
+        clear[start:stop] = ray_scene.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
+        worth[start:stop] = exchanged(spot.position, spot.normal, targets, mesh.normal[patch[part], None])
+        places[start:stop] = np.stack(points, axis=-1)
 
     in_threads(look, len(doubtful), ELEMENTS_PER_SLICE // (transport.parts * rays))
-    return share, st
+    by_part = (len(doubtful), transport.parts, rays)
+    worth, clear = worth.reshape(by_part), clear.reshape(by_part)
+    return seen_past(seen, doubtful, places.reshape(*by_part, 2), worth, clear)
 
 
 def largest(patches: int, rays: int) -> float:
@@ -232,7 +229,7 @@ def _elements(transport: Transport, spot: Spot):
         n = len(patch)
         factor = polygon_factors(np.broadcast_to(spot.position, (n, 3)),
                                  np.broadcast_to(spot.normal, (n, 3)), world)
-        large = (factor > most) | ((factor > 0) & _near_a_lamp(transport, patch, world))
+        large = (factor > most) | ((factor > 0) & near_lamps(transport, patch, world, NEAR_LAMP).any(axis=1))
         large &= depth < MAX_DIVISIONS - 1
         kept = ~large & (factor > 0)
         done.append((patch[kept], corners[kept], factor[kept], np.full(kept.sum(), depth == 0)))
@@ -243,20 +240,6 @@ def _elements(transport: Transport, spot: Spot):
     found = [np.concatenate(parts) for parts in zip(*done, strict=True)]
     order = np.argsort(found[0], kind="stable")
     return tuple(each[order] for each in found)
-
-
-def _near_a_lamp(transport: Transport, patch: np.ndarray, world: np.ndarray) -> np.ndarray:
-    """Which elements (k, 4, 3) a lamp lights from nearer than their size, so that its light varies
-    across them (k,)."""
-    near = np.zeros(len(patch), dtype=bool)
-    middle, normal = world.mean(axis=1), transport.mesh.normal[patch]
-    size = np.linalg.norm(world - middle[:, None], axis=2).max(axis=1)
-    slack = 1e-9 * transport.mesh.scale
-    for lum in transport.luminaires:
-        # Where a face touches a wall its light is bounded: no finer than a hundredth of the face.
-        near |= lum.may_light(world, normal, slack) & (
-            size > np.maximum(NEAR_LAMP * lum.distance(middle - lum.center), 0.01 * np.sqrt(lum.area)))
-    return near
 
 
 def _quarters(corners: np.ndarray, triangular: np.ndarray) -> np.ndarray:

@@ -13,7 +13,6 @@ from scipy import sparse
 
 from renderer.system.threads import in_threads
 from renderer.transport.direct.direct import SHADOW_RAYS, direct_at
-from renderer.transport.rays.sampling import Nets
 from renderer.transport.transport import Transport
 
 EYE_RAYS_PER_SLICE = 1 << 14
@@ -57,25 +56,35 @@ class Sensor:
         return smooth if patch_radiosity is None else smooth + self.means @ patch_radiosity
 
 
-def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndarray, seed: int,
-              rays: int = SHADOW_RAYS, parts: int = 1, around: np.ndarray | None = None) -> np.ndarray:
-    """Illuminance per lumen at points (s, t) on patches (parts, k, n_luminaires) [m⁻²], in independent
-    samples; 0 on luminaires.
+@dataclass(frozen=True)
+class Spread:
+    """What a point of light stands for: a piece of a patch.
 
-    around : (k, 4, 2) corners, as s and t, of what a point stands for: its shadow is then that of places all
-    over this.
+    corners : (k, 4, 2) of the pieces, as s and t; places : (k, parts, 2) where shadow rays start, likewise
+    bare : (k, n_luminaires) mean illuminance per lumen of each piece if nothing stood between [m⁻²]
+    """
+
+    corners: np.ndarray
+    places: np.ndarray
+    bare: np.ndarray
+
+
+def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndarray, seed: int,
+              rays: int = SHADOW_RAYS, parts: int = 1, spread: Spread | None = None) -> np.ndarray:
+    """Illuminance per lumen at points (s, t) on patches (parts, k, n_luminaires) [m⁻²], in independent
+    samples; 0 on luminaires. spread : what the points stand for
     """
     mesh = transport.mesh
     bright = transport.reflecting[patch]
     light = np.zeros((parts, len(patch), len(transport.luminaires)))
     patch, s, t = patch[bright], s[bright], t[bright]
     normals, seeds, more = mesh.normal[patch], (transport.seed, 4, seed), {}
-    if around is not None and transport.ray_scene is not None:
-        around = around[bright]
-        square = Nets(parts, 2, (transport.seed, 10, seed)).draw(0, len(patch))
-        places = mesh.at(patch[:, None], *mesh.within(patch, around, square))
-        more = {"origins": transport.ray_scene.off(places, normals[:, None]),
-                "around": mesh.at(patch[:, None], around[..., 0], around[..., 1])}
+    if spread is not None:
+        more["bare"] = spread.bare[bright]
+    if spread is not None and transport.ray_scene is not None:
+        around, places = (mesh.at(patch[:, None], *np.moveaxis(x[bright], 2, 0))
+                          for x in (spread.corners, spread.places))
+        more |= {"origins": transport.ray_scene.off(places, normals[:, None]), "around": around}
     light[:, bright] = direct_at(mesh.at(patch, s, t), normals, transport.luminaires, transport.ray_scene,
                                  seeds, rays, parts=parts, **more)
     return light

@@ -122,14 +122,16 @@ def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np
 def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire],
               ray_scene: RayScene | None, seed: tuple[int, ...], rays: int = SHADOW_RAYS,
               origins: np.ndarray | None = None, parts: int = 1,
-              around: np.ndarray | None = None) -> np.ndarray:
+              around: np.ndarray | None = None, bare: np.ndarray | None = None) -> np.ndarray:
     """Illuminance per lumen at points (parts, k, n_luminaires) [m⁻²], shadows included.
 
     visibility : None where nothing can stand between; rays : to each luminaire, in each of `parts`
     independent nets; origins : where rays start, (k, 3) [m], or (k, parts, 3), one place for each part; else
-    off the points along their normals; around : (k, c, 3) corners of what holds all of those.
+    off the points along their normals; around : (k, c, 3) corners of what holds all of those; bare :
+    (k, n_luminaires) [m⁻²] without shadows, where that is known already.
     """
-    factors = np.repeat(unoccluded(points, normals, luminaires)[None], parts, axis=0)
+    bare = unoccluded(points, normals, luminaires) if bare is None else bare
+    factors = np.repeat(bare[None], parts, axis=0)
     if ray_scene is not None:
         around = points[:, None] if around is None else around
         lifted = ray_scene.off(points, normals) if origins is None else origins

@@ -1,0 +1,149 @@
+"""Light on the elements that a meter divides surfaces into: its mean over what the meter sees of each.
+
+The light of a near lamp is steep: across an element it may fall to a part, and where a body hides the
+brightest of it from the meter, errors of one sign are left. Taken at the middle of each element it read a
+floor below an opaque uplight 0.28 % low on every mesh, where the bar claimed 0.05 %.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.radiometry.polygons import exchanged
+from renderer.scene.luminaires.luminaire import Luminaire
+from renderer.transport.direct.direct import unoccluded
+from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.rays.sampling import Nets
+from renderer.transport.sensors import Spread, direct_on
+from renderer.transport.transport import Transport
+
+STEEP = 0.06
+"""An element's half diagonal over its distance to a lamp from which the lamp's light is averaged over it:
+below, light as 1/d⁴ at the middle is within 1 part in 400 of its mean."""
+GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
+QUAD = np.stack([np.repeat(GAUSS, 2), np.tile(GAUSS, 2)], axis=1), np.full(4, 0.25)
+TRIANGLE = np.array([[1, 1], [4, 1], [1, 4], [2, 2]]) / 6, np.array([1, 1, 1, 0]) / 3
+"""Places and weights of Gauss' rule of third degree on a square, of second on a triangle."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a meter sees of elements (k).
+
+    share : (parts, k) that it sees, in independent samples
+    middle : (k, 2) of what it sees, as s and t
+    row : (k,) of those below; -1 of elements that are seen whole
+    places, past : (n, parts, rays, 2) as s and t, and what comes from each to the meter, but for a factor
+    """
+
+    share: np.ndarray
+    middle: np.ndarray
+    row: np.ndarray
+    places: np.ndarray
+    past: np.ndarray
+
+    def of(self, which: np.ndarray) -> "Seen":
+        """The same of some elements."""
+        return Seen(self.share[:, which], self.middle[which], self.row[which], self.places, self.past)
+
+
+def all_seen(mesh: Mesh, patch: np.ndarray, corners: np.ndarray, parts: int) -> Seen:
+    """Of elements (k, 4, 2) of patches (k,) between which and the meter nothing stands."""
+    triangular = mesh.triangular[patch][:, None]
+    middle = np.where(triangular, corners[:, :3].mean(axis=1), corners.mean(axis=1))
+    none = np.zeros((0, parts, 1, 2))
+    return Seen(np.ones((parts, len(patch))), middle, np.full(len(patch), -1), none, none[..., 0])
+
+
+def seen_past(seen: Seen, doubtful: np.ndarray, places: np.ndarray, worth: np.ndarray,
+              clear: np.ndarray) -> Seen:
+    """The same where rays went to some elements.
+
+    doubtful : (n,) of the elements; places : (n, parts, rays, 2); worth : (n, parts, rays) what would come
+    from each; clear : whether it does
+    """
+    past, share, middle, row = worth * clear, seen.share.copy(), seen.middle.copy(), seen.row.copy()
+    total = worth.sum(axis=2)
+    share[:, doubtful] = np.where(total > 0, past.sum(axis=2) / np.where(total > 0, total, 1.0), 0.0).T
+    some = np.flatnonzero(past.any(axis=(1, 2)) & ~clear.all(axis=(1, 2)))
+    row[doubtful[some]] = np.arange(len(some))
+    places, past = places[some], past[some]
+    middle[doubtful[some]] = np.einsum("npri,npr->ni", places, past) / past.sum(axis=(1, 2))[:, None]
+    return Seen(share, middle, row, places, past)
+
+
+def element_light(transport: Transport, position: np.ndarray, normal: np.ndarray, patch: np.ndarray,
+                  corners: np.ndarray, seen: Seen, rays: int) -> np.ndarray:
+    """Mean illuminance per lumen of what a meter sees of elements (parts, k, n_luminaires) [m⁻²].
+
+    position, normal : (3,) of the meter; patch, corners : (k,) and (k, 4, 2), as s and t; rays : from each to
+    every luminaire in each part
+    """
+    mesh, facing = transport.mesh, transport.mesh.normal[patch]
+    world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
+    bare = unoccluded(mesh.at(patch, *seen.middle.T), facing, transport.luminaires)
+    steep = near_lamps(transport, patch, world, STEEP) & (bare > 0)
+    for index, lum in enumerate(transport.luminaires):
+        whole = np.flatnonzero(steep[:, index] & (seen.row < 0))
+        st, weight = _gauss(mesh, patch[whole], corners[whole])
+        at = mesh.at(patch[whole, None], st[..., 0], st[..., 1])
+        weight = weight * exchanged(position, normal, at, facing[whole, None])
+        bare[whole, index] = _mean(at, facing[whole], weight, lum, bare[whole, index])
+        partly = np.flatnonzero(steep[:, index] & (seen.row >= 0))
+        st, weight = (x[seen.row[partly]].reshape(len(partly), x.shape[1] * x.shape[2], *x.shape[3:])
+                      for x in (seen.places, seen.past))
+        at = mesh.at(patch[partly, None], st[..., 0], st[..., 1])
+        bare[partly, index] = _mean(at, facing[partly], weight, lum, bare[partly, index])
+    spread = Spread(corners, _places(transport, patch, corners, seen), bare)
+    return direct_on(transport, patch, *seen.middle.T, 0, rays, len(seen.share), spread)
+
+
+def _gauss(mesh: Mesh, patch: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places (k, 4, 2) as s and t, and weights (k, 4)."""
+    triangular = mesh.triangular[patch][:, None]
+    pq, weight = (np.where(triangular[..., None] if x.ndim > 1 else triangular, x, y)
+                  for x, y in zip(TRIANGLE, QUAD, strict=True))
+    a, b, d = corners[:, None, 0], corners[:, None, 1], corners[:, None, 3]
+    return a + pq[..., :1] * (b - a) + pq[..., 1:] * (d - a), weight
+
+
+def _mean(at: np.ndarray, normals: np.ndarray, weight: np.ndarray, lum: Luminaire,
+          otherwise: np.ndarray) -> np.ndarray:
+    """Of a luminaire's light at places (k, n, 3) by weights (k, n), nothing standing between (k,)."""
+    k, n = weight.shape
+    light = unoccluded(at.reshape(-1, 3), np.repeat(normals, n, axis=0), [lum])[:, 0].reshape(k, n)
+    total = weight.sum(axis=1)
+    return np.where(total > 0, (light * weight).sum(axis=1) / np.where(total > 0, total, 1.0), otherwise)
+
+
+def _places(transport: Transport, patch: np.ndarray, corners: np.ndarray, seen: Seen) -> np.ndarray:
+    """Where shadow rays start (k, parts, 2), as s and t: all over what is seen whole, and of the rest where a
+    ray from the meter came, one drawn by what it brings."""
+    parts, mesh = len(seen.share), transport.mesh
+    square = Nets(parts, 2, (transport.seed, 10, 0)).draw(0, len(patch))
+    places = np.stack(mesh.within(patch, corners, square), axis=-1)
+    partly = np.flatnonzero(seen.row >= 0)
+    past = seen.past[seen.row[partly]]
+    lot = np.random.default_rng((transport.seed, 11)).random((len(partly), parts, 1))
+    past = np.where(past.any(axis=2, keepdims=True), past, past.mean(axis=1, keepdims=True))
+    upto = past.cumsum(axis=2)
+    drawn = (upto <= lot * upto[..., -1:]).sum(axis=2).clip(max=past.shape[2] - 1)
+    st = seen.places[seen.row[partly]]
+    own = np.take_along_axis(st, drawn[..., None, None], axis=2)[:, :, 0]
+    # A part that sees nothing of it counts nothing: any place will do.
+    places[partly] = own
+    return places
+
+
+def near_lamps(transport: Transport, patch: np.ndarray, world: np.ndarray, most: float) -> np.ndarray:
+    """Which lamps light elements (k, 4, 3) from so near that their half diagonal is more than that share of
+    the distance (k, n_luminaires)."""
+    middle, normal = world.mean(axis=1), transport.mesh.normal[patch]
+    size = np.linalg.norm(world - middle[:, None], axis=2).max(axis=1)
+    slack = 1e-9 * transport.mesh.scale
+    near = np.zeros((len(patch), len(transport.luminaires)), dtype=bool)
+    for index, lum in enumerate(transport.luminaires):
+        # Where a face touches a wall its light is bounded: no finer than a hundredth of the face.
+        near[:, index] = lum.may_light(world, normal, slack) & (
+            size > np.maximum(most * lum.distance(middle - lum.center), 0.01 * np.sqrt(lum.area)))
+    return near
