@@ -100,6 +100,7 @@ def _start(variant: str) -> None:
     import mitsuba as mi
 
     mi.set_variant(variant)
+    mi.set_log_level(mi.LogLevel.Error)
     if not np.isfinite(np.array(mi.render(mi.load_dict(mi.cornell_box()), spp=1))).all():
         raise RuntimeError("it renders no finite picture")
 
@@ -126,12 +127,40 @@ def read(room: Handover, meter: Meter, stream: int, precision: float = PRECISION
             return got
 
 
-def scene_dict(room: Handover, meter: Meter | None = None) -> dict:
-    """The room as Mitsuba's dictionary, with a white tile where a meter is."""
+def read_all(room: Handover, stream: int, aim: list[float], seconds: float) -> list[Value]:
+    """All meters of a room at once, as pixels of one batch sensor: passes until each is known, or time is
+    over.
+
+    stream : a number for each room, so that none shares another's random numbers; aim : half-width of each
+    meter [lx] that will do; seconds : [s]
+    """
+    import mitsuba as mi
+
+    scene = mi.load_dict(scene_dict(room, *room.meters))
+    count, paths = len(room.meters), 256
+    cameras = {f"meter{k}": _camera(meter) for k, meter in enumerate(room.meters)}
+    sensor = mi.load_dict({"type": "batch", **cameras, "film": {**_film(), "width": PIXELS * count},
+                           "sampler": {"type": "multijitter", "sample_count": paths}})
+    integrator = mi.load_dict({"type": "path", "max_depth": -1})
+    batches: list[np.ndarray] = []
+    started = time.perf_counter()
+    while True:
+        pixels = np.array(mi.render(scene, sensor=sensor, integrator=integrator, spp=paths,
+                                    seed=stream * PASSES + len(batches)), dtype=float)
+        lx = np.pi * pixels @ room.luminous  # (PIXELS, PIXELS · meters)
+        batches.append(lx.reshape(PIXELS, count, PIXELS).transpose(1, 0, 2).reshape(count, -1))
+        got = [value(each) for each in np.concatenate(batches, axis=1)]
+        if time.perf_counter() - started > seconds or all(
+                each.half_width <= most for each, most in zip(got, aim, strict=True)):
+            return got
+
+
+def scene_dict(room: Handover, *meters: Meter) -> dict:
+    """The room as Mitsuba's dictionary, with a white tile where each meter is."""
     import mitsuba as mi
 
     surfaces = list(room.surfaces)
-    if meter is not None:
+    for meter in meters:
         u, v = (TINY / 4 * MAX_EDGE * x for x in across(meter.normal))
         surfaces.append(Surface([meter.position + np.array([-u - v, u - v, u + v, v - u])], np.ones(3)))
     parts = {f"surface{k}": _mesh(s, f"surface{k}") for k, s in enumerate(surfaces)}
@@ -152,9 +181,12 @@ def _camera(meter: Meter) -> dict:
                                           up=across(meter.normal)[0].tolist())
     return {"type": "orthographic", "near_clip": away / 10, "far_clip": 2 * away,
             "to_world": look.scale([TINY / 100 * MAX_EDGE, TINY / 100 * MAX_EDGE, 1.0]),
-            "film": {"type": "hdrfilm", "width": PIXELS, "height": PIXELS, "pixel_format": "rgb",
-                     "rfilter": {"type": "box"}},
-            "sampler": {"type": "multijitter", "sample_count": PATHS}}
+            "film": _film(), "sampler": {"type": "multijitter", "sample_count": PATHS}}
+
+
+def _film() -> dict:
+    return {"type": "hdrfilm", "width": PIXELS, "height": PIXELS, "pixel_format": "rgb",
+            "rfilter": {"type": "box"}}
 
 
 def _mesh(surface: Surface, name: str):

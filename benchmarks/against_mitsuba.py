@@ -1,0 +1,120 @@
+"""Random rooms here and in Mitsuba 3: how many readings lie inside both bars, and how sharp ours are.
+
+    .venv/bin/python benchmarks/against_mitsuba.py [rooms] [accuracy ...] [--out FILE] [--seconds S]
+
+Draws so many rooms (200 unless given), reads each at every accuracy (5 and 1 % unless given) and in Mitsuba,
+all meters of a room as one batch sensor, until its bars are a tenth of our narrowest or S seconds (20 unless
+given) are over. Keeps what is done in FILE (outputs/against_mitsuba.jsonl), so that it can be stopped and
+taken up again; prints the table at the end. The peers come with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH
+names an LLVM.
+"""
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import renderer
+from renderer.solving.solution import solve
+from renderer.studies.peers import mitsuba3
+from renderer.studies.peers.export import CannotRun, hand_over
+
+sys.path.insert(0, str(Path(__file__).parent))
+from drawn_rooms import drawn_scene
+
+SHARE_OF_BAR = 0.1
+FLOOR = 2e-4
+"""Of a reading: Mitsuba, in single precision and with meters off their surface, is known to about that."""
+DARK = 1e-3
+"""Readings below this share of the room's largest tell nothing by their shares."""
+
+
+def option(arguments: list[str], name: str, default: str) -> str:
+    """What follows a name in the arguments, both taken out."""
+    if name not in arguments:
+        return default
+    at = arguments.index(name)
+    value = arguments[at + 1]
+    del arguments[at:at + 2]
+    return value
+
+
+def main(arguments: list[str]) -> None:
+    """Run what is not done yet, and print the table of all that is."""
+    out, seconds = Path(option(arguments, "--out", "outputs/against_mitsuba.jsonl")), float(
+        option(arguments, "--seconds", "20"))
+    rooms = int(arguments[0]) if arguments else 200
+    accuracies = [float(a) for a in arguments[1:]] or [0.05, 0.01]
+    out.parent.mkdir(parents=True, exist_ok=True)
+    done = [json.loads(line) for line in out.read_text().splitlines()] if out.exists() else []
+    left = [seed for seed in range(rooms) if seed not in {row["seed"] for row in done}]
+    try:
+        if left:
+            mitsuba3.in_mitsuba(lambda process: run(process, left, accuracies, seconds, out))
+    except CannotRun as fault:
+        print(fault)
+    done = [json.loads(line) for line in out.read_text().splitlines()] if out.exists() else []
+    table([row for row in done if row["seed"] < rooms])
+
+
+def run(process, seeds: list[int], accuracies: list[float], seconds: float, out: Path) -> None:
+    """Read rooms in both programs, and add a line a room to a file."""
+    with tempfile.TemporaryDirectory() as folder:
+        for seed in seeds:
+            row = {"seed": seed}
+            try:
+                scene = drawn_scene(seed, Path(folder))
+                ours = {a: solve(scene, "rgb", a).photometers() for a in accuracies}
+            except (renderer.InputError, renderer.SolveError) as fault:
+                row["refused"] = str(fault)
+            else:
+                row["ours"] = {str(a): [[r.total_lx, r.uncertainty, r.direct_lx] for r in each]
+                               for a, each in ours.items()}
+                aim = [max(SHARE_OF_BAR * min(r.uncertainty for r in same), FLOOR * same[0].total_lx)
+                       for same in zip(*ours.values(), strict=True)]
+                task = process.submit(mitsuba3.read_all, hand_over(scene), seed, aim, seconds)
+                row["theirs"] = task.result()
+            with out.open("a") as file:
+                file.write(json.dumps(row) + "\n")
+            print(line(row), flush=True)
+
+
+def line(row: dict) -> str:
+    """Error ± both bars of a room's readings, in per cent."""
+    if "refused" in row:
+        return f"room {row['seed']:3} refused: {row['refused']}"
+    said = []
+    for accuracy, ours in row["ours"].items():
+        pairs = zip(ours, row["theirs"], strict=True)
+        said.append(f"{float(accuracy):.1%}: " + "  ".join(
+            f"{100 * (o[0] / t[0] - 1):+.2f} ± {100 * np.hypot(o[1], t[1]) / t[0]:.2f}"
+            for o, t in pairs if t[0]))
+    return f"room {row['seed']:3} " + "  |  ".join(said)
+
+
+def table(done: list[dict]) -> None:
+    """Print what share of readings is inside both bars, and how sharp ours are."""
+    refused = [row for row in done if "refused" in row]
+    some = [row for row in done if "ours" in row]
+    print(f"\n{len(some)} rooms, {len(refused)} more refused\n"
+          "| asked | readings | inside both bars | mean error/bar | worst error/bar | median error | "
+          "median of our bar | bar over error | Mitsuba's bar |\n|---|---|---|---|---|---|---|---|---|")
+    for accuracy in some[0]["ours"] if some else ():
+        rows = []
+        for row in some:
+            most = max(t[0] for t in row["theirs"])
+            pairs = zip(row["ours"][accuracy], row["theirs"], strict=True)
+            rows += [(o[0] - t[0], o[1], t[1], t[0]) for o, t in pairs if t[0] > DARK * most]
+        apart, bar, their, lx = np.array(rows).T
+        both = np.hypot(bar, their)
+        over = apart / both
+        print(f"| {float(accuracy):.1%} | {len(rows)} | {np.mean(np.abs(over) <= 1):.1%} | "
+              f"{over.mean():+.2f} | {np.abs(over).max():.2f} | {np.median(np.abs(apart) / lx):.3%} | "
+              f"{np.median(bar / lx):.3%} | "
+              f"{np.median(bar / np.maximum(np.abs(apart), 1e-12)):.1f} | {np.median(their / lx):.3%} |")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
