@@ -1,0 +1,51 @@
+"""Files that a model file names: read only beside it or within the scene's folder; nothing is fetched."""
+
+import base64
+import binascii
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+from renderer.scene.model_files.record import Beside, Unreadable
+
+MAX_BYTES = 1 << 30
+"""Size of a file beside a model, at most."""
+
+
+def beside(path: Path, root: Path) -> Beside:
+    """What reads the files that the model file at `path` names, of a scene in the folder `root`."""
+    allowed = [path.parent.resolve(), root.resolve()]
+
+    def read(name: str) -> bytes:
+        if name.startswith("data:"):
+            return _inline(name)
+        if len(urlsplit(name).scheme) > 1:
+            raise Unreadable(f"names {_short(name)}, and nothing is fetched; save that file beside it")
+        given = unquote(name).replace("\\", "/")
+        try:
+            target = next((t for t in (path.parent / given, path.parent / name) if t.is_file()),
+                          path.parent / given).resolve()
+            if not any(target.is_relative_to(folder) for folder in allowed):
+                raise Unreadable(f"names {_short(name)}, which is outside the scene's folder and is not "
+                                 "read; copy that file beside it")
+            if not target.is_file():
+                raise Unreadable(f"names {_short(name)}, and there is no such file beside it; copy it there")
+            if target.stat().st_size > MAX_BYTES:
+                raise Unreadable(f"names {_short(name)}, which is larger than 1 GiB")
+            return target.read_bytes()
+        except (OSError, ValueError):
+            raise Unreadable(f"names {_short(name)}, which cannot be read; copy that file beside it"
+                             ) from None
+
+    return read
+
+
+def _inline(name: str) -> bytes:
+    head, _, data = name.partition(",")
+    try:
+        return base64.b64decode(data) if head.endswith(";base64") else unquote(data).encode("latin-1")
+    except (binascii.Error, ValueError):
+        raise Unreadable("holds data that is not valid base64; export it again") from None
+
+
+def _short(name: str) -> str:
+    return repr(name if len(name) <= 60 else name[:57] + "…")

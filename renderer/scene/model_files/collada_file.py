@@ -1,0 +1,132 @@
+"""COLLADA files (ISO/PAS 17506), by pycollada: they say their unit and which way is up."""
+
+import io
+
+import numpy as np
+
+from renderer.scene.model_files.obj import fans
+from renderer.scene.model_files.record import Beside, ModelFile, Piece, Unreadable
+from renderer.scene.model_files.textures import mean_colour, srgb_decoded
+from renderer.scene.model_files.xml_safety import refuse_entities
+
+MAX_DEPTH = 200
+
+
+def read_collada(data: bytes, beside: Beside) -> ModelFile:
+    """A COLLADA file: the geometry of its scene, in place; skins stand as they are bound."""
+    try:
+        import collada
+    except ImportError:
+        raise Unreadable('is COLLADA; install the package "pycollada", or export it as glTF or OBJ'
+                         ) from None
+    refuse_entities(data)
+    if data[:2] == b"PK":
+        raise Unreadable("is a ZIP archive; unpack it")
+    try:
+        document = collada.Collada(io.BytesIO(data), ignore=[collada.common.DaeError])
+    except collada.common.DaeError as fault:
+        raise Unreadable(f"is no COLLADA that can be parsed ({' '.join(str(fault).split())[:80]}); export it "
+                         "again") from None
+    if document.scene is None:
+        roots = document.scenes[0].nodes if len(document.scenes) else []
+    else:
+        roots = document.scene.nodes
+    colours = _Colours(beside)
+    pieces = [piece for node in roots for piece in _below(node, np.eye(4), (), colours, 0)]
+    info = document.assetInfo
+    metres = float(getattr(info, "unitmeter", None) or 1.0)
+    axis = getattr(info, "upaxis", None) or "Y_UP"
+    if axis == "X_UP":
+        pieces = [Piece(piece.vertices @ np.array([[0, 0, 1.0], [-1, 0, 0], [0, -1, 0]]), piece.corners,
+                        piece.sizes, piece.names, piece.colour) for piece in pieces]
+    return ModelFile(pieces, up="y" if axis == "Y_UP" else "z", metres=metres, said=True)
+
+
+def _below(node, outer: np.ndarray, names: tuple[str, ...], colours: "_Colours", depth: int) -> list[Piece]:
+    """Pieces of a node of the scene and of all under it."""
+    from collada.scene import ControllerNode, GeometryNode, Node, NodeNode
+
+    if depth > MAX_DEPTH:
+        raise Unreadable("has nodes that are their own children; export it again")
+    if isinstance(node, NodeNode):
+        return _below(node.node, outer, names, colours, depth + 1)
+    if isinstance(node, Node):
+        name = node.name or node.id
+        inner = outer @ np.asarray(node.matrix, dtype=float)
+        below = (name, *names) if name else names
+        return [piece for child in node.children for piece in _below(child, inner, below, colours, depth + 1)]
+    if isinstance(node, GeometryNode):
+        bound = node.geometry.bind(outer, _by_symbol(node))
+    elif isinstance(node, ControllerNode):
+        skin = node.controller
+        shape = np.asarray(getattr(skin, "bind_shape_matrix", np.eye(4)), dtype=float)
+        if not hasattr(skin, "geometry"):
+            return []
+        bound = skin.geometry.bind(outer @ shape, _by_symbol(node))
+    else:
+        return []
+    return [piece for primitive in bound.primitives()
+            for piece in _piece(primitive, bound.original, names, outer, colours)]
+
+
+def _by_symbol(node) -> dict:
+    return {material.symbol: material for material in node.materials}
+
+
+def _piece(primitive, geometry, nodes: tuple[str, ...], matrix: np.ndarray, colours: "_Colours") -> list[Piece]:
+    index = getattr(primitive, "vertex_index", None)
+    if index is None or primitive.vertex is None or not len(index):
+        return []
+    index = np.asarray(index, dtype=np.int64)
+    if hasattr(primitive, "polyindex"):
+        starts, ends = np.asarray(primitive.polyindex, dtype=np.int64).T
+        sizes, corners = ends - starts, index.ravel()
+    elif index.ndim == 2 and index.shape[1] == 3:
+        sizes, corners = np.full(len(index), 3), index.ravel()
+    else:
+        return []  # lines
+    textured = getattr(primitive, "texcoord_indexset", ())
+    uv = None
+    if len(textured) and len(primitive.texcoordset):
+        chosen, places = np.asarray(textured[0]).ravel(), np.asarray(primitive.texcoordset[0])
+        if len(chosen) == len(corners) and len(chosen) and 0 <= chosen.min() <= chosen.max() < len(places):
+            uv = places[chosen, :2].astype(float)
+    few = np.repeat(sizes, sizes) < 3
+    corners, uv, sizes = corners[~few], None if uv is None else uv[~few], sizes[sizes >= 3]
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        first = np.repeat(np.cumsum(sizes) - sizes, sizes)
+        back = first + np.repeat(sizes, sizes) - 1 - (np.arange(len(corners)) - first)
+        corners, uv = corners[back], None if uv is None else uv[back]
+    material = primitive.material
+    names = [getattr(material, "name", None) or getattr(material, "id", None), geometry.name or geometry.id,
+             *nodes]
+    piece = Piece(np.asarray(primitive.vertex, dtype=float), corners, sizes,
+                  tuple(dict.fromkeys(str(name) for name in names if name)))
+    return [Piece(piece.vertices, corners, sizes, piece.names, colours.of(material, piece, uv))]
+
+
+class _Colours:
+    """Diffuse colours of effects, in sRGB as modellers write them; a texture by its mean."""
+
+    def __init__(self, beside: Beside):
+        self.beside = beside
+        self.images: dict[str, bytes | None] = {}
+
+    def of(self, material, piece: Piece, uv: np.ndarray | None) -> np.ndarray | None:
+        """Linear reflectance (3,) of a material, or None."""
+        said = getattr(getattr(material, "effect", None), "diffuse", None)
+        if said is None:
+            return None
+        if isinstance(said, (tuple, list)):
+            values = np.array(said[:3], dtype=float)
+            return srgb_decoded(values) if len(values) == 3 and np.isfinite(values).all() else None
+        path = getattr(getattr(getattr(getattr(said, "sampler", None), "surface", None), "image", None), "path",
+                       None)
+        if not path:
+            return None
+        if path not in self.images:
+            try:
+                self.images[path] = self.beside(path.removeprefix("file://"))
+            except Unreadable:
+                self.images[path] = None
+        return None if self.images[path] is None else mean_colour(self.images[path], *fans(piece, uv))

@@ -1,0 +1,116 @@
+"""Edges of triangles: who shares them, which are open, and faces divided where another's vertex lies on one."""
+
+from itertools import pairwise
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+from renderer.scene.model_files.weld import WELD
+
+MAX_OPEN_EDGES = 20_000
+"""Past so many open edges faces are sheets anyway, and no vertex on an edge is looked for."""
+
+
+class Edges:
+    """Sides of triangles (k, 3) and the edges they lie on.
+
+    start, end : (3k,) vertices of each side, face after face; edge : (3k,) the number of its edge
+    forward : (3k,) whether it runs from the edge's lower vertex to the higher
+    """
+
+    def __init__(self, faces: np.ndarray):
+        self.start, self.end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+        low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
+        most = int(high.max(initial=0)) + 1
+        _, edge = np.unique(low * most + high, return_inverse=True)
+        self.edge, self.forward = edge.ravel(), self.start < self.end
+        self.count = int(self.edge.max(initial=-1)) + 1
+
+    def uses(self, chosen: np.ndarray | None = None) -> np.ndarray:
+        """How many faces share each edge, of all or of some (k,)."""
+        sides = self.edge if chosen is None else self.edge[np.repeat(chosen, 3)]
+        return np.bincount(sides, minlength=self.count)
+
+    def balance(self, chosen: np.ndarray) -> np.ndarray:
+        """How many of some faces (k,) run along each edge forward, less those that run back."""
+        sides = np.repeat(chosen, 3)
+        return np.bincount(self.edge[sides], np.where(self.forward[sides], 1, -1), self.count).astype(int)
+
+    def pairs(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Two faces at each edge that just two of some (k,) share, and whether their windings agree."""
+        sides = np.flatnonzero(np.repeat(chosen, 3))
+        sides = sides[np.argsort(self.edge[sides], kind="stable")]
+        twice = (np.bincount(self.edge[sides], minlength=self.count) == 2)[self.edge[sides]]
+        one, other = sides[twice][::2], sides[twice][1::2]
+        return one // 3, other // 3, self.forward[one] != self.forward[other]
+
+
+def connected(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Which connected set each of `count` things is in (count,), by pairs that belong together."""
+    graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
+    return connected_components(graph, directed=False)[1]
+
+
+def flips(count: int, one: np.ndarray, other: np.ndarray, agree: np.ndarray) -> np.ndarray | None:
+    """Which faces to turn so that all pairs agree (count,); None where no turning does that.
+
+    A set of faces is turned whichever way turns fewer of them.
+    """
+    if agree.all():
+        return np.zeros(count, dtype=bool)
+    graph = sparse.coo_array((1.0 + ~agree, (one, other)), shape=(count, count)).tocsr()
+    graph = graph.maximum(graph.T)
+    sets = connected_components(graph, directed=False)[1]
+    flip = np.zeros(count, dtype=bool)
+    apart = np.unique(sets[one[~agree]])
+    for seed in np.unique(sets, return_index=True)[1][apart]:
+        order, before = breadth_first_order(graph, seed, directed=False)
+        differ = np.asarray(graph[before[order[1:]], order[1:]]).ravel() > 1
+        for face, parent, turned in zip(order[1:], before[order[1:]], differ, strict=True):
+            flip[face] = flip[parent] ^ turned
+        if flip[order].sum() > len(order) / 2:
+            flip[order] = ~flip[order]
+    return flip if ((flip[one] ^ flip[other]) == ~agree).all() else None
+
+
+def divided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Faces (m, 3) cut where another's vertex lies on an open edge of theirs, and which face each is of (m,):
+    such T-junctions are how exports that are closed to the eye fail to be closed."""
+    from scipy.spatial import KDTree
+
+    owner = np.arange(len(faces))
+    if not len(faces):
+        return faces, owner
+    size = np.ptp(vertices[faces], axis=(0, 1)).max()
+    for _ in range(8):
+        edges = Edges(faces)
+        open_ = np.flatnonzero(edges.uses()[edges.edge] == 1)
+        if not len(open_) or len(open_) > MAX_OPEN_EDGES:
+            return faces, owner
+        loose = np.unique([edges.start[open_], edges.end[open_]])
+        a, b = vertices[edges.start[open_]], vertices[edges.end[open_]]
+        length = np.linalg.norm(b - a, axis=1)
+        near = KDTree(vertices[loose]).query_ball_point((a + b) / 2, length / 2)
+        split: dict[int, tuple[int, np.ndarray]] = {}
+        for side, found, p, q, long in zip(open_, near, a, b, length, strict=True):
+            if len(found) <= 2 or side // 3 in split:
+                continue
+            others = loose[found]
+            offset = vertices[others] - p
+            along = offset @ (q - p) / long
+            apart = np.linalg.norm(offset - np.outer(along, (q - p) / long), axis=1)
+            on = (apart < 2 * WELD * size) & (along > WELD * size) & (along < long - WELD * size)
+            if on.any():
+                split[side // 3] = side % 3, others[on][along[on].argsort()]
+        if not split:
+            return faces, owner
+        fresh, of = [], []
+        for face, (side, between) in split.items():
+            a, b, c = faces[face, [side, (side + 1) % 3, (side + 2) % 3]]
+            ring = [a, *between, b]
+            fresh += [(p, q, c) for p, q in pairwise(ring)]
+            of += [owner[face]] * (len(ring) - 1)
+        kept = np.setdiff1d(np.arange(len(faces)), list(split))
+        faces, owner = np.vstack([faces[kept], fresh]), np.concatenate([owner[kept], of])
+    return faces, owner

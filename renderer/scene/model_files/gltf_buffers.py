@@ -1,0 +1,119 @@
+"""Numbers of a glTF file: buffers, views of them, accessors, and the two compressions of views."""
+
+import numpy as np
+
+from renderer.scene.model_files.record import Beside, Unreadable
+
+KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+MAX_ELEMENTS = 100_000_000
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+DRACO = "KHR_draco_mesh_compression"
+
+
+class Buffers:
+    """The numbers of a file whose JSON is `root`; binary : the GLB's own chunk, or None."""
+
+    def __init__(self, root: dict, binary: bytes | None, beside: Beside):
+        self.root, self.binary, self.beside = root, binary, beside
+        self.buffers: dict[int, bytes] = {}
+        self.views: dict[int, tuple[bytes, int]] = {}
+
+    def buffer(self, index: int) -> bytes:
+        """A buffer's bytes."""
+        if index not in self.buffers:
+            uri = self.root["buffers"][index].get("uri")
+            if uri is not None:
+                self.buffers[index] = self.beside(uri)
+            elif index == 0 and self.binary is not None:
+                self.buffers[index] = self.binary
+            else:
+                raise Unreadable("holds no data for its buffer; export it again")
+        return self.buffers[index]
+
+    def view(self, index: int) -> tuple[bytes, int]:
+        """A view's bytes, and its stride (0 where packed)."""
+        if index not in self.views:
+            view = self.root["bufferViews"][index]
+            packed = next((view["extensions"][name] for name in MESHOPT
+                           if name in view.get("extensions", {})), None)
+            if packed is not None:
+                self.views[index] = _meshopt(self._slice(packed), packed), packed["byteStride"]
+            else:
+                self.views[index] = self._slice(view), view.get("byteStride", 0)
+        return self.views[index]
+
+    def _slice(self, view: dict) -> bytes:
+        start, length = view.get("byteOffset", 0), view["byteLength"]
+        data = self.buffer(view["buffer"])
+        if start < 0 or length < 0 or start + length > len(data):
+            raise Unreadable("is cut short: a buffer ends before its data; copy it again with all its files")
+        return data[start:start + length]
+
+    def accessor(self, index: int) -> np.ndarray:
+        """An accessor's values (count, width), normalized integers as 0 to 1 or −1 to 1."""
+        given = self.root["accessors"][index]
+        count, width = given["count"], WIDTHS[given["type"]]
+        if not 0 <= count <= MAX_ELEMENTS:
+            raise Unreadable(f"claims {count} numbers in one list; export it again")
+        kind = np.dtype(KINDS[given["componentType"]])
+        if "bufferView" in given:
+            values = self._strided(given["bufferView"], given.get("byteOffset", 0), kind, count, width)
+        else:
+            values = np.zeros((count, width), dtype=kind)
+        sparse = given.get("sparse")
+        if sparse:
+            some, place = sparse["count"], sparse["indices"]
+            at = self._strided(place["bufferView"], place.get("byteOffset", 0),
+                               np.dtype(KINDS[place["componentType"]]), some, 1)[:, 0]
+            values = values.copy()
+            values[at] = self._strided(sparse["values"]["bufferView"], sparse["values"].get("byteOffset", 0),
+                                       kind, some, width)
+        if given.get("normalized") and kind.kind in "iu":
+            return np.maximum(values.astype(float) / np.iinfo(kind).max, -1.0)
+        return values
+
+    def _strided(self, view: int, offset: int, kind: np.dtype, count: int, width: int) -> np.ndarray:
+        data, stride = self.view(view)
+        packed = kind.itemsize * width
+        stride = stride or packed
+        if count and (offset < 0 or offset + (count - 1) * stride + packed > len(data)):
+            raise Unreadable("is cut short: a list of numbers ends before its last; export it again")
+        if not count:
+            return np.zeros((0, width), dtype=kind)
+        return np.ndarray((count, width), kind, data, offset, (stride, kind.itemsize)).copy()
+
+
+def _meshopt(data: bytes, said: dict) -> bytes:
+    """The bytes of a view compressed by meshoptimizer (EXT_meshopt_compression)."""
+    try:
+        import meshoptimizer
+    except ImportError:
+        raise Unreadable('uses meshopt compression; install the package "meshoptimizer", or export it '
+                         "uncompressed") from None
+    count, stride, mode = said["count"], said["byteStride"], said["mode"]
+    if not 0 <= count * stride <= 8 * MAX_ELEMENTS:
+        raise Unreadable(f"claims {count} numbers in one list; export it again")
+    if mode == "ATTRIBUTES":
+        values = meshoptimizer.decode_vertex_buffer(count, stride, data, dtype=np.dtype("u1"))
+        values = np.ascontiguousarray(values).view("u1").reshape(count, stride)
+        if said.get("filter") == "EXPONENTIAL":
+            values = values.view("<i4")
+            return np.ldexp((values << 8 >> 8).astype("<f4"), values >> 24).astype("<f4").tobytes()
+        return values.tobytes()
+    decode = {"TRIANGLES": meshoptimizer.decode_index_buffer,
+              "INDICES": meshoptimizer.decode_index_sequence}[mode]
+    return np.asarray(decode(count, stride, data)).astype(f"<u{stride}").tobytes()
+
+
+def draco(data: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Vertices (n, 3), triangles (k, 3) and texture coordinates (n, 2) or None of Draco's bytes."""
+    try:
+        import DracoPy
+    except ImportError:
+        raise Unreadable('uses Draco compression; install the package "DracoPy", or export it '
+                         "uncompressed") from None
+    mesh = DracoPy.decode(data)
+    faces = np.asarray(getattr(mesh, "faces", np.zeros((0, 3))), dtype=np.int64).reshape(-1, 3)
+    places = np.asarray(mesh.tex_coord) if getattr(mesh, "tex_coord", None) is not None else None
+    return np.asarray(mesh.points, dtype=float).reshape(-1, 3), faces, places

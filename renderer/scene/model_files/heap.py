@@ -1,0 +1,245 @@
+"""What a heap of faces is: solids, whose faces enclose a volume, and sheets, which all others are.
+
+Faces that are taken for sheets although they enclose something let light in no less: their inner sides are
+dark. So whatever is in doubt is a sheet.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.scene.model_files.edges import Edges, connected, divided, flips
+from renderer.scene.model_files.weld import WELD, Facets
+
+MAX_ROUNDS = 40
+"""How often the smallest of the surfaces that meet at a crowded edge is taken for a sheet, before all are."""
+NO_THICKNESS = 1e-6
+"""A closed surface thinner than this, relative to its longest side, encloses nothing."""
+
+
+@dataclass(frozen=True)
+class Heap:
+    """Faces of a file, and what they are.
+
+    vertices : (n, 3) [m]; faces : (k, 3), of solids wound outward; part : (k,) as in `Facets`
+    solid : (k,) the number of the solid that a face belongs to, −1 on sheets
+    turned : how many faces of solids are wound against the file
+    contacts : area of the faces left out between solids that touch [m²], both sides
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    part: np.ndarray
+    solid: np.ndarray
+    turned: int
+    contacts: float
+
+
+def heap(found: Facets) -> Heap:
+    """Tell solids from sheets."""
+    vertices = found.vertices
+    faces, owner = divided(vertices, found.faces)
+    part, both = found.part[owner], found.both_ways[owner]
+    edges = Edges(faces)
+    region, contact = _contacts(edges, both)
+    solid, flip = _solids(vertices, faces, edges, ~np.isin(region, contact))
+    # A region between what turned out to be sheets is no contact.
+    of_sheets = np.zeros(edges.count, dtype=bool)
+    of_sheets[edges.edge[np.repeat((solid < 0) & ~np.isin(region, contact), 3)]] = True
+    sides = np.flatnonzero(np.repeat(np.isin(region, contact), 3))
+    beside = np.unique(region[sides[of_sheets[edges.edge[sides]]] // 3])
+    left_out = np.isin(region, np.setdiff1d(contact, beside))
+    flat, doubled = _without_thickness(vertices, faces, edges, solid)
+    solid[flat] = -1
+    keep = ~left_out & ~doubled
+    contacts = 2 * areas(vertices, faces[left_out]).sum()
+    faces = np.where(flip[:, None], faces[:, ::-1], faces)
+    faces, solid, part, flip = faces[keep], solid[keep], part[keep], flip[keep]
+    inward = _inside_out(vertices, faces, solid)
+    faces[inward] = faces[inward, ::-1]
+    turned = int(((flip ^ inward) & (solid >= 0)).sum())
+    _, solid = np.unique(np.append(solid, -1), return_inverse=True)
+    return Heap(vertices, faces, part, solid.ravel()[:-1] - 1, turned, float(contacts))
+
+
+def areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Area of each triangle (k,) [m²]."""
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def _contacts(edges: Edges, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Regions of faces that are there both ways (k,), −1 elsewhere, and which of them two bodies that touch
+    have between them: all around these other faces go on from either body."""
+    region = np.full(len(both), -1)
+    if not both.any():
+        return region, np.zeros(0, dtype=int)
+    one, other, _ = edges.pairs(both)
+    sets = connected(len(both), one, other)
+    region[both] = sets[both]
+    others, balance, own = edges.uses(~both), edges.balance(~both), edges.uses(both)
+    sides = np.flatnonzero(np.repeat(both, 3))
+    border = sides[own[edges.edge[sides]] == 1]
+    enough = (others[edges.edge[border]] >= 2) & (balance[edges.edge[border]] == 0)
+    free = np.unique(region[border[~enough] // 3])
+    return region, np.setdiff1d(np.unique(region[border // 3]), free)
+
+
+def _solids(vertices: np.ndarray, faces: np.ndarray, edges: Edges, chosen: np.ndarray
+            ) -> tuple[np.ndarray, np.ndarray]:
+    """The solid of each face (k,), −1 on sheets, and which faces to turn for windings to agree (k,)."""
+    n = len(faces)
+    core = _peeled(edges, chosen)
+    one, other, agree = edges.pairs(core)
+    surface = connected(n, one, other)
+    flip = flips(n, one, other, agree)
+    if flip is None:  # one-sided surfaces, as Möbius' is, enclose nothing
+        flip = np.zeros(n, dtype=bool)
+        for k in np.unique(surface[one[~agree]]):
+            some = np.flatnonzero((surface == k) & core)
+            inner = np.isin(one, some)
+            local = np.searchsorted(some, one[inner]), np.searchsorted(some, other[inner])
+            own = flips(len(some), *local, agree[inner])
+            if own is None:
+                core[some] = False
+            else:
+                flip[some] = own
+    turned = faces.copy()
+    turned[flip] = turned[flip, ::-1]
+    edges = Edges(turned)
+    core = _balanced(vertices, turned, edges, core, surface)
+    solid = np.full(n, -1)
+    if core.any():
+        solid[core] = _wedged(vertices, turned, edges, core)[core]
+    return solid, flip & core
+
+
+def _peeled(edges: Edges, chosen: np.ndarray) -> np.ndarray:
+    """Which of some faces (k,) are left when those with an open edge are taken off, again and again."""
+    core = chosen.copy()
+    while True:
+        open_ = edges.uses(core) == 1
+        off = core & open_[edges.edge].reshape(-1, 3).any(axis=1)
+        if not off.any():
+            return core
+        core &= ~off
+
+
+def _balanced(vertices: np.ndarray, faces: np.ndarray, edges: Edges, core: np.ndarray,
+              surface: np.ndarray) -> np.ndarray:
+    """Which faces (k,) are left when, wherever as many do not run along an edge forward as back, the smallest
+    surface that meets there is taken off."""
+    size = np.bincount(surface, areas(vertices, faces) * core, surface.max(initial=0) + 1)
+    for round_ in range(MAX_ROUNDS + 1):
+        uneven = edges.balance(core) != 0
+        if not uneven.any():
+            return core
+        sides = np.flatnonzero(np.repeat(core, 3) & uneven[edges.edge])
+        meeting = np.unique(np.stack([edges.edge[sides], surface[sides // 3]]), axis=1)
+        if round_ == MAX_ROUNDS:
+            off = np.unique(meeting[1])
+        else:
+            names, local = np.unique(meeting[1], return_inverse=True)
+            step = np.diff(meeting[0]) == 0
+            cluster = connected(len(names), local[:-1][step], local[1:][step])
+            order = np.lexsort((size[names], cluster))
+            off = names[order[np.unique(cluster[order], return_index=True)[1]]]
+        core = _peeled(edges, core & ~np.isin(surface, off))
+    return core
+
+
+def _wedged(vertices: np.ndarray, faces: np.ndarray, edges: Edges, core: np.ndarray) -> np.ndarray:
+    """The closed surface that each face is of (k,), where more than two meet at an edge by the wedges that
+    they have between them: solids that touch at an edge are two."""
+    one, other, _ = edges.pairs(core)
+    crowded = np.flatnonzero(np.repeat(core, 3) & (edges.uses(core)[edges.edge] > 2))
+    if len(crowded):
+        crowded = crowded[np.argsort(edges.edge[crowded], kind="stable")]
+        extra = [_wedges(vertices, faces, edges, sides) for sides in
+                 np.split(crowded, np.flatnonzero(np.diff(edges.edge[crowded])) + 1)]
+        pairs = np.concatenate(extra)
+        one, other = np.concatenate([one, pairs[:, 0]]), np.concatenate([other, pairs[:, 1]])
+    return connected(len(faces), one, other)
+
+
+def _wedges(vertices: np.ndarray, faces: np.ndarray, edges: Edges, sides: np.ndarray) -> np.ndarray:
+    """Pairs of faces (m, 2) at one edge, of the sides on it, with a solid between them."""
+    low = min(edges.start[sides[0]], edges.end[sides[0]])
+    high = max(edges.start[sides[0]], edges.end[sides[0]])
+    axis = vertices[high] - vertices[low]
+    axis /= np.linalg.norm(axis)
+    third = faces[sides // 3, (sides % 3 + 2) % 3]
+    away = vertices[third] - vertices[low]
+    away -= np.outer(away @ axis, axis)
+    x = away[0] / np.linalg.norm(away[0])
+    y = np.cross(axis, x)
+    turn = np.round(np.arctan2(away @ y, away @ x), 9) % (2 * np.pi)
+    forward = edges.forward[sides]
+    # Seen along the edge, the solid of a face that runs forward lies clockwise of it.
+    order = np.lexsort((~forward, turn))
+    ring, pairs, waiting = [*order, *order], [], []
+    for k in ring:
+        if not forward[k]:
+            waiting.append(k)
+        elif waiting:
+            pairs.append((sides[k] // 3, sides[waiting.pop()] // 3))
+    return np.unique(np.array(pairs, dtype=int).reshape(-1, 2), axis=0)
+
+
+def _without_thickness(vertices: np.ndarray, faces: np.ndarray, edges: Edges, solid: np.ndarray
+                       ) -> tuple[np.ndarray, np.ndarray]:
+    """Faces of closed surfaces that enclose nothing (k,): the two sides of a sheet that are divided otherwise;
+    and which of these are the second side (k,)."""
+    flat, second = np.zeros(len(faces), dtype=bool), np.zeros(len(faces), dtype=bool)
+    ids = np.unique(solid[solid >= 0])
+    if not len(ids):
+        return flat, second
+    place = np.searchsorted(ids, np.where(solid < 0, ids[0], solid))
+    volume = np.abs(volumes(vertices, faces, np.where(solid < 0, len(ids), place), len(ids) + 1)[:-1])
+    area = np.bincount(place, areas(vertices, faces) * (solid >= 0), len(ids))
+    size = np.sqrt(area)
+    thin = volume < NO_THICKNESS * size * area
+    flat = (solid >= 0) & thin[place]
+    if flat.any():
+        one, other, _ = edges.pairs(flat)
+        crosses = np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2)))
+        normals = crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
+        fold = np.einsum("ki,ki->k", normals[one], normals[other]) < -1 + 1e-6
+        layer = connected(len(faces), one[~fold], other[~fold])
+        own = areas(vertices, faces)
+        for k in np.unique(solid[flat]):
+            some = np.flatnonzero(solid == k)
+            layers, at = np.unique(layer[some], return_inverse=True)
+            each = np.bincount(at, own[some])
+            if len(layers) == 2 and abs(each[0] - each[1]) < WELD * 10 * each.sum():
+                second[some[at == 1]] = True
+    return flat, second
+
+
+def volumes(vertices: np.ndarray, faces: np.ndarray, group: np.ndarray, count: int) -> np.ndarray:
+    """Signed volume (count,) [m³] of groups (k,) of faces, positive where their normals point outward."""
+    a, b, c = (vertices[faces] - vertices[faces].mean(axis=(0, 1))).transpose(1, 0, 2)
+    return np.bincount(group, np.einsum("ki,ki->k", a, np.cross(b, c)) / 6, count)
+
+
+def _inside_out(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray) -> np.ndarray:
+    """Which faces (k,) are of a closed surface that is wound inward and no cavity in another."""
+    from renderer.scene.room import winding
+
+    ids = np.unique(solid[solid >= 0])
+    if not len(ids):
+        return np.zeros(len(faces), dtype=bool)
+    place = np.searchsorted(ids, solid)
+    place[solid < 0] = len(ids)
+    volume = volumes(vertices, faces, place, len(ids) + 1)[:-1]
+    inward = np.append(volume < 0, False)
+    if inward.any() and (volume > 0).any():
+        outer = np.flatnonzero(volume > 0)
+        boxes = np.array([[vertices[faces[place == k]].min(axis=(0, 1)),
+                           vertices[faces[place == k]].max(axis=(0, 1))] for k in outer])
+        for k in np.flatnonzero(volume < 0):
+            point = vertices[faces[place == k][0]].mean(axis=0)
+            for j in outer[((boxes[:, 0] <= point) & (boxes[:, 1] >= point)).all(axis=1)]:
+                if winding(point[None], vertices[faces[place == j]][:, ::-1])[0] > 0.5:
+                    inward[k] = False
+    return inward[place]

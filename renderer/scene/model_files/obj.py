@@ -1,0 +1,182 @@
+"""Wavefront OBJ files, with the colours of their material libraries."""
+
+from collections import defaultdict
+from pathlib import PurePath
+
+import numpy as np
+
+from renderer.scene.model_files.record import Beside, ModelFile, Piece, Unreadable
+from renderer.scene.model_files.textures import mean_colour, srgb_decoded
+from renderer.scene.model_files.triangulate import newell
+
+
+def read_obj(data: bytes, beside: Beside) -> ModelFile:
+    """An OBJ file: relative indices, groups, and MTL colours."""
+    reader = _Reader()
+    wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    text = data.decode("utf-16" if wide else "utf-8-sig", errors="replace")
+    text = text.replace("\\\r\n", " ").replace("\\\n", " ")
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.split()
+        if words:
+            try:
+                reader.take(words, line)
+            except (ValueError, IndexError) as fault:
+                raise Unreadable(f"has a faulty line {number}, {' '.join(line.split())[:60]!r}"
+                                 f"{_because(fault)}; export it again") from None
+    colours, notes = _Colours(beside), []
+    for library in reader.libraries:
+        colours.load(library, notes)
+    vertices = np.array(reader.vertices, dtype=float).reshape(-1, 3)
+    places = np.array(reader.places, dtype=float).reshape(-1, 2)
+    pieces, most = [], max((max(c, default=0) for c, _, _ in reader.groups.values()), default=0)
+    if most >= len(vertices) > 0:
+        raise Unreadable(f"has a face that asks for vertex {most + 1}, and it holds {len(vertices)}; export it "
+                         "again")
+    for names, (corners, sizes, textured) in reader.groups.items():
+        corners, sizes = np.array(corners, dtype=np.int64), np.array(sizes, dtype=np.int64)
+        used, local = np.unique(corners, return_inverse=True)
+        piece = Piece(vertices[used], local.ravel(), sizes, tuple(n for n in names if n))
+        whole = len(textured) == len(corners) and 0 <= min(textured, default=-1) <= max(textured) < len(places)
+        uv = places[textured] if whole else None
+        colour = colours.of(names[0], piece, uv)
+        pieces.append(Piece(piece.vertices, piece.corners, sizes, piece.names, colour))
+    return ModelFile(pieces, notes=notes + colours.missing(reader.used))
+
+
+def _because(fault: Exception) -> str:
+    return f" ({fault})" if fault.args and "literal" not in str(fault) and "index" not in str(fault) else ""
+
+
+class _Reader:
+    """State of an OBJ file from line to line. Groups are told apart by material, group and object."""
+
+    def __init__(self):
+        self.vertices, self.places, self.libraries = [], [], []
+        self.groups = defaultdict(lambda: ([], [], []))
+        self.state = {"usemtl": "", "g": "", "o": ""}
+        self.used = set()
+
+    def take(self, words: list[str], line: str) -> None:
+        word = words[0]
+        if word == "v":
+            self.vertices.append((float(words[1]), float(words[2]), float(words[3])))
+        elif word == "vt":
+            self.places.append((float(words[1]), float(words[2]) if len(words) > 2 else 0.0))
+        elif word == "f":
+            self.face(words[1:])
+        elif word in self.state:
+            self.state[word] = line.strip()[len(word):].strip()
+            if word == "usemtl":
+                self.used.add(self.state[word])
+        elif word == "mtllib":
+            self.libraries.append(line.strip()[len(word):].strip())
+
+    def face(self, words: list[str]) -> None:
+        corners, sizes, textured = self.groups[tuple(self.state.values())]
+        if len(words) < 3:
+            return  # a point or a line
+        for word in words:
+            place, _, rest = word.partition("/")
+            corners.append(_index(place, len(self.vertices)))
+            place = rest.partition("/")[0]
+            textured.append(_index(place, len(self.places)) if place else -1)
+        sizes.append(len(words))
+
+
+def _index(word: str, count: int) -> int:
+    """A place in a list that has `count` entries so far: from 1 on, or from the end if negative."""
+    index = int(word)
+    if index == 0 or index < -count:
+        raise ValueError(f"{count} are given before it, and it asks for {index}")
+    return index - 1 if index > 0 else count + index
+
+
+class _Colours:
+    """Diffuse colours of material libraries (MTL): Kd and map_Kd, both in sRGB."""
+
+    def __init__(self, beside: Beside):
+        self.beside = beside
+        self.materials: dict[str, dict[str, str]] = {}
+        self.images: dict[str, bytes | None] = {}
+
+    def load(self, library: str, notes: list[str]) -> None:
+        """Add a library's materials; of a line that names several files, each."""
+        try:
+            texts = [self.beside(library)]
+        except Unreadable as fault:
+            if len(library.split()) < 2:
+                notes.append(f"it {fault}: its colours are not known")
+                return
+            texts = []
+            for name in library.split():
+                try:
+                    texts.append(self.beside(name))
+                except Unreadable as missing:
+                    notes.append(f"it {missing}: its colours are not known")
+        for text in texts:
+            current: dict[str, str] = {}
+            for line in text.decode("utf-8-sig", errors="replace").splitlines():
+                word, _, rest = line.strip().partition(" ")
+                if word == "newmtl":
+                    current = self.materials.setdefault(rest.strip(), {})
+                elif word.lower() in ("kd", "map_kd"):
+                    current[word.lower()] = rest.strip()
+
+    def of(self, name: str, piece: Piece, uv: np.ndarray | None) -> np.ndarray | None:
+        """Linear reflectance (3,) of a material, its texture where the piece's corners (m, 2) have it."""
+        material = self.materials.get(name, {})
+        colour = None
+        if "kd" in material:
+            try:
+                values = [float(x) for x in material["kd"].split()[:3]]
+                colour = srgb_decoded(np.resize(values, 3)) if values else None
+            except ValueError:
+                colour = None
+            if colour is not None and not np.isfinite(colour).all():
+                colour = None
+        texture = self._texture(material.get("map_kd", ""), piece, uv)
+        if texture is None:
+            return colour
+        # Exporters leave Kd black, or out, where the texture says it all.
+        return texture if colour is None or not colour.any() else texture * colour
+
+    def _texture(self, said: str, piece: Piece, uv: np.ndarray | None) -> np.ndarray | None:
+        words = said.split()
+        for name in dict.fromkeys((said, words[-1] if words else "")):  # options come before the name
+            if name and name not in self.images:
+                try:
+                    self.images[name] = self.beside(name)
+                except Unreadable:
+                    try:
+                        self.images[name] = self.beside(PurePath(name.replace("\\", "/")).name)
+                    except Unreadable:
+                        self.images[name] = None
+            if name and self.images[name] is not None:
+                return mean_colour(self.images[name], *fans(piece, uv))
+        return None
+
+    def missing(self, used: set[str]) -> list[str]:
+        """A note on the materials that no library has."""
+        names = sorted(name for name in used if name and name not in self.materials)
+        if not names or not self.materials:
+            return []
+        return [f"its material library has no {', '.join(map(repr, names[:4]))}"
+                f"{' …' if len(names) > 4 else ''}"]
+
+
+def fans(piece: Piece, uv: np.ndarray | None) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Areas (k,) and texture coordinates (k, 3, 2) of a piece's polygons as fans; None without coordinates.
+
+    uv : (m, 2) of each corner
+    """
+    if uv is None:
+        return None, None
+    areas = np.linalg.norm(newell(piece.vertices, piece.corners, piece.sizes), axis=1)
+    starts = np.cumsum(piece.sizes) - piece.sizes
+    count = np.maximum(piece.sizes - 2, 0)
+    polygon = np.repeat(np.arange(len(count)), count)
+    step = np.arange(len(polygon)) - np.repeat(np.cumsum(count) - count, count)
+    first = starts[polygon]
+    triangles = np.stack([first, first + step + 1, first + step + 2], axis=1)
+    return (areas / np.maximum(count, 1))[polygon], uv[triangles]

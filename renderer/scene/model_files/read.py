@@ -1,0 +1,126 @@
+"""A model file of any known format as polygons in metres, z up, whatever else it holds left aside."""
+
+import logging
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.scene.model_files.beside import beside
+from renderer.scene.model_files.record import ModelFile, Unreadable
+
+logging.getLogger("trimesh").addHandler(logging.NullHandler())  # else it prints its tracebacks
+
+FORMATS = ("obj", "ply", "stl", "glb", "gltf", "dae", "3mf")
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
+"""Metres in each unit."""
+KNOWN = "OBJ, PLY, STL, GLB, glTF, COLLADA (.dae) or 3MF"
+FARTHEST = 1e9
+"""Largest coordinate [m]; the smallest length is its inverse."""
+OTHERS = {"skp": "SketchUp", "3ds": "3D Studio", "fbx": "FBX", "blend": "Blender", "ifc": "IFC", "dwg": "AutoCAD",
+          "dxf": "DXF", "step": "STEP", "stp": "STEP", "iges": "IGES", "igs": "IGES", "3dm": "Rhino",
+          "usdz": "USD", "usd": "USD", "usda": "USD", "usdc": "USD", "x3d": "X3D", "wrl": "VRML", "off": "OFF",
+          "rvt": "Revit", "max": "3ds Max", "c4d": "Cinema 4D", "zip": "ZIP", "zae": "zipped COLLADA"}
+
+
+@dataclass(frozen=True)
+class Polygons:
+    """What a model file holds, in metres and z up.
+
+    vertices : (n, 3) [m]; corners : (m,) index of a vertex, polygon after polygon; sizes : (p,)
+    part : (p,) index into `names` and `colours`
+    names : for each part what the file calls it, most specific first
+    colours : for each part its linear BT.709 reflectance (3,), or None
+    taken : how it was read, "z up, in metres (neither said by the file)"
+    notes : what could not be taken over, in sentences
+    """
+
+    vertices: np.ndarray
+    corners: np.ndarray
+    sizes: np.ndarray
+    part: np.ndarray
+    names: list[tuple[str, ...]]
+    colours: list[np.ndarray | None]
+    taken: str = ""
+    notes: list[str] = field(default_factory=list)
+
+
+def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None = None, up: str | None = None,
+                  root: Path | None = None) -> Polygons:
+    """Read a model file. Raises InputError.
+
+    scale : times which everything is; units, up : where given, before what the file says
+    root : the scene's folder, within which the file may name others; only its own folder if left out
+    """
+    if not path.is_file():
+        raise InputError(f"{where}: there is no file {str(path)!r}; paths are relative to the "
+                         "scene file. Correct the path.")
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in FORMATS:
+        raise InputError(f"{where}: {path.name} is {OTHERS.get(kind, 'of a format that is not read')}; export "
+                         f"it as {KNOWN}.")
+    try:
+        with np.errstate(all="ignore"):
+            found = _parsed(path, kind, root or path.parent)
+    except Unreadable as fault:
+        raise InputError(f"{where}: {path.name} {fault}.") from None
+    except Exception as error:  # noqa: BLE001  a foreign file may fail in any way in its reader
+        reason = " ".join(f"{error}".split())[:200] or type(error).__name__
+        raise InputError(f"{where}: {path.name} cannot be read as {kind.upper()} ({reason}); export it again, "
+                         f"or as {KNOWN}.") from None
+    return _in_metres(found, path, where, scale, units, up)
+
+
+def _parsed(path: Path, kind: str, root: Path) -> ModelFile:
+    from renderer.scene.model_files import by_trimesh, collada_file, gltf, obj, ply
+
+    data = path.read_bytes()
+    if data.startswith(b"version https://git-lfs"):
+        raise Unreadable("is a pointer of Git LFS, not the model itself; download that")
+    if kind in ("stl", "3mf"):
+        return {"stl": by_trimesh.read_stl, "3mf": by_trimesh.read_3mf}[kind](data)
+    if kind == "ply":
+        return ply.read_ply(data)
+    read = {"obj": obj.read_obj, "dae": collada_file.read_collada}.get(kind, gltf.read_gltf)
+    return read(data, beside(path, root))
+
+
+def _in_metres(found: ModelFile, path: Path, where: str, scale: float, units: str | None,
+               up: str | None) -> Polygons:
+    pieces = [piece for piece in found.pieces if len(piece.sizes)]
+    if not pieces:
+        raise InputError(f"{where}: {path.name} holds no faces; export the model with its polygons.")
+    for piece in pieces:
+        if piece.corners.min() < 0 or piece.corners.max() >= len(piece.vertices):
+            raise InputError(f"{where}: {path.name} has a face whose vertex it does not hold; export it again.")
+    metres = scale * (UNITS[units] if units else found.metres)
+    used = [piece.vertices[np.unique(piece.corners)] for piece in pieces]
+    reach = max(np.abs(points).max() for points in used) * metres
+    if not np.isfinite(reach):
+        raise InputError(f"{where}: {path.name} has a vertex that is not a finite number; correct the export.")
+    if reach > FARTHEST:
+        raise InputError(f"{where}: {path.name} reaches {reach:.3g} m from its origin; at most "
+                         f"{FARTHEST:g} m is allowed. Give its units, or move it nearer in the export.")
+    low, high = np.min([p.min(axis=0) for p in used], axis=0), np.max([p.max(axis=0) for p in used], axis=0)
+    longest = (high - low).max() * metres
+    if longest < 1 / FARTHEST:
+        raise InputError(f"{where}: {path.name} is {longest:.3g} m long; at least {1 / FARTHEST:g} m is "
+                         "allowed. Give its units, or scale it in the export.")
+    vertices = np.concatenate([np.where(np.isfinite(p.vertices), p.vertices, 0.0) for p in pieces]) * metres
+    given_up, up = up, up or found.up
+    if up == "y":
+        vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
+    starts = np.cumsum([0] + [len(p.vertices) for p in pieces])
+    corners = np.concatenate([p.corners + start for p, start in zip(pieces, starts, strict=False)])
+    part = np.repeat(np.arange(len(pieces)), [len(p.sizes) for p in pieces])
+    colours = [None if p.colour is None else np.clip(p.colour, 0.0, 1.0) for p in pieces]
+    return Polygons(vertices, corners.astype(np.int64), np.concatenate([p.sizes for p in pieces]), part,
+                    [p.names for p in pieces], colours, _taken(found, units, given_up, up), found.notes)
+
+
+def _taken(found: ModelFile, units: str | None, given_up: str | None, up: str) -> str:
+    """Which way is up, and what was taken for granted since neither the file nor the scene says it."""
+    unsaid = [] if found.said else [word for word, given in ((f"{up} up", given_up), ("metres", units))
+                                    if given is None]
+    return f"{up} up" if not unsaid else f"{' and '.join(unsaid)} assumed"

@@ -1,0 +1,95 @@
+"""Polygons whose corners coincide where they should, each there once, as triangles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from renderer.scene.model_files.read import Polygons
+from renderer.scene.model_files.triangulate import newell, triangulated
+
+WELD = 1e-7
+"""Vertices nearer than this, relative to the longest side, are one: what single-precision files resolve."""
+
+
+@dataclass(frozen=True)
+class Facets:
+    """Triangles, each polygon there once.
+
+    vertices : (n, 3) [m]; faces : (k, 3); part : (k,) index into the names of `Polygons`
+    polygon : (k,) which polygon of the file each is of
+    both_ways : (k,) whether the file has the polygon with the opposite winding too
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    part: np.ndarray
+    polygon: np.ndarray
+    both_ways: np.ndarray
+
+
+def facets(file: Polygons) -> Facets:
+    """The triangles of a file: vertices welded, polygons that are there twice left out, slivers too."""
+    size = float(np.ptp(file.vertices[file.corners], axis=0).max()) or 1.0
+    vertices, index = welded(file.vertices, WELD * size)
+    corners, sizes, kept = _cleaned(index[file.corners], file.sizes)
+    first, both = _once(vertices, corners, sizes)
+    chosen = np.repeat(first, sizes)
+    corners, sizes, kept, both = corners[chosen], sizes[first], kept[first], both[first]
+    faces, owner = triangulated(vertices, corners, sizes)
+    tall = heights(vertices, faces) > WELD * size
+    faces, owner = faces[tall], owner[tall]
+    return Facets(vertices, faces, file.part[kept[owner]], kept[owner], both[owner])
+
+
+def welded(vertices: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (m, 3) of which none are nearer than that [m], and the one that each of (n, 3) became (n,)."""
+    from scipy.spatial import KDTree
+
+    distinct, index = np.unique(vertices, axis=0, return_inverse=True)
+    pairs = KDTree(distinct).query_pairs(near, output_type="ndarray")
+    if not len(pairs):
+        return distinct, index.ravel()
+    graph = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(distinct), len(distinct)))
+    _, same = connected_components(graph, directed=False)
+    _, first = np.unique(same, return_index=True)
+    return distinct[first], same[index.ravel()]
+
+
+def heights(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Height of each triangle over its longest side (k,) [m]."""
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    longest = np.max([np.linalg.norm(q - p, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0,
+                     initial=0.0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / np.where(longest > 0, longest, 1.0)
+
+
+def _cleaned(corners: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Polygons without a corner that repeats the one before it, those left with three at least, and which."""
+    starts = np.cumsum(sizes) - sizes
+    before = np.arange(len(corners)) - 1
+    before[starts] = starts + sizes - 1
+    fresh = corners != corners[before]
+    polygon = np.repeat(np.arange(len(sizes)), sizes)
+    left = np.bincount(polygon[fresh], minlength=len(sizes))
+    kept = np.flatnonzero(left >= 3)
+    return corners[fresh & (left >= 3)[polygon]], left[kept], kept
+
+
+def _once(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which polygons are the first of their corners (p,), and which of these are there with the opposite
+    winding too (p,)."""
+    starts = np.cumsum(sizes) - sizes
+    first, both = np.ones(len(sizes), dtype=bool), np.zeros(len(sizes), dtype=bool)
+    normals = newell(vertices, corners, sizes)
+    for count in np.unique(sizes):
+        some = np.flatnonzero(sizes == count)
+        rows = np.sort(corners[starts[some][:, None] + np.arange(count)], axis=1)
+        _, leader, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        lead = leader[group.ravel()]
+        against = np.einsum("ki,ki->k", normals[some], normals[some[lead]])
+        again = lead != np.arange(len(some))
+        first[some[again]] = False
+        both[some[lead[again & (against < 0)]]] = True
+    return first, both
