@@ -1,12 +1,10 @@
-"""Flat rectangles, and objects as trimesh meshes."""
+"""Flat rectangles, and solids as trimesh meshes."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import trimesh
 
-from renderer.scene.mesh_files import load_solid
 from renderer.system.lazy import cached_property
 
 CYLINDER_SECTIONS = 48
@@ -42,28 +40,14 @@ def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarr
     return vertices, patches.reshape(-1, 4)
 
 
-def object_mesh(shape: str | None, size, position, rotation: float,
-                mesh: Path | None = None, scale: float = 1.0, up: str = "z",
-                where: str = "") -> trimesh.Trimesh:
-    """A solid, outward normals: [m], rotated by `rotation` degrees about z through `position`.
-
-    scale : one unit of the mesh file [m]; up : which of its axes points up.
-    """
-    if mesh is not None:
-        solid = load_solid(mesh, where, scale, up)
-    elif shape == "box":
-        solid = trimesh.creation.box(bounds=[[0, 0, 0], size])
-    elif shape == "cylinder":
+def solid_of_shape(shape: str, size) -> trimesh.Trimesh:
+    """A box, cylinder or sphere of that size (3,) [m], outward normals, its lowest corner at the origin."""
+    if shape == "box":
+        return trimesh.creation.box(bounds=[[0, 0, 0], size])
+    if shape == "cylinder":
         solid = trimesh.creation.cylinder(radius=0.5, height=1.0, sections=CYLINDER_SECTIONS)
-        solid.apply_translation([0.5, 0.5, 0.5])
-        solid.apply_scale(size)
     else:
         solid = trimesh.creation.icosphere(subdivisions=SPHERE_SUBDIVISIONS, radius=0.5)
-        solid.apply_translation([0.5, 0.5, 0.5])
-        solid.apply_scale(size)
-    turn = trimesh.transformations.rotation_matrix(np.radians(rotation), [0, 0, 1])
-    if rotation % 90 == 0:
-        turn = np.rint(turn)
-    solid.apply_transform(turn)
-    solid.apply_translation(position)
+    solid.apply_translation([0.5, 0.5, 0.5])
+    solid.apply_scale(size)
     return solid

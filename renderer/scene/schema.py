@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from renderer.colour.bands import BAND_SETS
 from renderer.colour.upsampling import UPSAMPLING
-from renderer.scene.mesh_files import UNITS
+from renderer.scene.model_files.read import UNITS
 
 FARTHEST = 1e9
 """Largest coordinate or length [m]; the smallest length is its inverse."""
@@ -159,7 +159,7 @@ class LuminaireTable(Table):
 
 
 class ObjectTable(Table):
-    """A solid in the room: a box, cylinder or sphere, or a mesh from a file."""
+    """What stands in the room: a box, cylinder or sphere, or a model from a file."""
 
     name: str = "object"
     shape: Literal["box", "cylinder", "sphere"] | None = None
@@ -169,8 +169,10 @@ class ObjectTable(Table):
     scale: Positive | None = None
     position: Vector
     size: tuple[Positive, Positive, Positive] | None = None
-    rotation: Number = 0.0
-    material: str
+    anchor: Literal["corner", "origin", "base"] | None = None
+    rotation: Number | Vector = 0.0
+    material: str | None = None
+    materials: dict[str, str] = {}
 
     @model_validator(mode="after")
     def _shape(self):
@@ -179,8 +181,10 @@ class ObjectTable(Table):
             raise ValueError("size is missing; give the extents in metres, [x, y, z]")
         if self.mesh and self.size is not None:
             raise ValueError("size is given; a mesh takes scale instead")
-        for key in ("scale", "units", "up"):
-            if self.shape and getattr(self, key) is not None:
+        if self.shape and self.material is None:
+            raise ValueError("material is missing; give the name of one of [materials.*]")
+        for key in ("scale", "units", "up", "materials"):
+            if self.shape and getattr(self, key):
                 raise ValueError(f"{key} is given; only a mesh takes it. Change size instead")
         return self
 

@@ -1,0 +1,122 @@
+"""What stands in a room: boxes, cylinders, spheres and models from files, as bodies with materials."""
+
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from renderer.colour.materials import Material
+from renderer.errors import InputError
+from renderer.scene.geometry import solid_of_shape
+from renderer.scene.model_files.model import Model, read_model
+from renderer.scene.scene import Body
+from renderer.scene.schema import ObjectTable
+
+Used = Callable[[str, str], Material]
+"""The scene's material of a name, given in a key. Raises InputError where there is none."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An object in the room.
+
+    bodies, materials : its faces, and what each body is made of
+    said : how its file was read, and which colours are the file's, in sentences
+    """
+
+    bodies: list[Body]
+    materials: list[Material]
+    said: list[str] = field(default_factory=list)
+
+
+def place(entry: ObjectTable, where: str, folder: Path, used: Used, upsampling: str) -> Placed:
+    """An object of the scene file in `folder`, in its place. Raises InputError.
+
+    used : the scene's materials; upsampling : how colours of files become spectra
+    """
+    if entry.mesh is None:
+        solid = solid_of_shape(entry.shape, entry.size)
+        solid.apply_transform(_turn(entry, solid.bounds))
+        return Placed([Body(entry.name, solid)], [used(entry.material, f"{where}.material")])
+    model = read_model(folder / entry.mesh, f"{where}.mesh", entry.scale or 1.0, entry.units, entry.up, folder)
+    groups = _by_material(entry, model, where, used, upsampling)
+    turn, found = _turn(entry, model.bounds), Placed([], [], [model.said])
+    group = np.empty(len(model.names), dtype=int)
+    for index, (_, _, parts) in enumerate(groups):
+        group[parts] = index
+    vertices = trimesh.transform_points(model.heap.vertices, turn)
+    kind = 2 * group[model.heap.part] + (model.heap.solid < 0)
+    order = np.argsort(kind, kind="stable")
+    for faces in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
+        label, material, _ = groups[kind[faces[0]] // 2]
+        mesh = trimesh.Trimesh(vertices, model.heap.faces[faces], process=False)
+        mesh.remove_unreferenced_vertices()
+        name = f"{entry.name}: {label}" if len(groups) > 1 and label else entry.name
+        found.bodies.append(Body(name, mesh, closed=bool(kind[faces[0]] % 2 == 0)))
+        found.materials.append(material)
+    found.said.extend(_colours_said(model, [material for _, material, _ in groups]))
+    return found
+
+
+def _turn(entry: ObjectTable, bounds: np.ndarray) -> np.ndarray:
+    """The transform (4, 4) of an object of those bounds (2, 3) [m]: its anchor goes to its position, and it is
+    turned there about x, then y, then z."""
+    anchor = entry.anchor or ("origin" if entry.mesh else "corner")
+    low, high = bounds
+    place = {"corner": low, "origin": np.zeros(3), "base": np.array([*(low + high)[:2] / 2, low[2]])}[anchor]
+    matrix = trimesh.transformations.translation_matrix(-place)
+    angles = entry.rotation if isinstance(entry.rotation, tuple) else (0.0, 0.0, entry.rotation)
+    for angle, axis in zip(angles, np.eye(3), strict=True):
+        turn = trimesh.transformations.rotation_matrix(np.radians(angle), axis)
+        matrix = (np.rint(turn) if angle % 90 == 0 else turn) @ matrix
+    return trimesh.transformations.translation_matrix(entry.position) @ matrix
+
+
+def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsampling: str
+                 ) -> list[tuple[str, Material, list[int]]]:
+    """A model's parts by what they are called and made of: the scene's `materials`, else its `material`, else
+    the file's colour. Of each group its name, its material, its parts."""
+    known = model.known
+    for name in entry.materials:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean {near[0]!r}? " if near else ""
+            raise InputError(f"{where}.materials names {name!r}, which {model.file} has not; {hint}Names in it: "
+                             f"{', '.join(map(repr, known[:12])) or 'none'}{' …' if len(known) > 12 else ''}.")
+    groups, once = {}, {}
+    for part in np.unique(model.heap.part):
+        names, colour = model.names[part], model.colours[part]
+        given = next((name for name in names if name in entry.materials), None)
+        if given is not None:
+            key = given, used(entry.materials[given], f"{where}.materials.{given}")
+        elif entry.material is not None:
+            key = "", used(entry.material, f"{where}.material")
+        elif colour is None:
+            called = f"its part {names[0]!r}" if names else "it"
+            raise InputError(f"{where}.material is missing, and {model.file} gives {called} no colour; give the "
+                             "name of a material" + (f", or materials = {{ {names[0]!r} = … }}." if names else "."))
+        else:
+            label = names[0] if names else "itself"
+            rgb = tuple(float(x) for x in colour)
+            name = f"{model.file}: {label}"
+            taken = once.setdefault(name, rgb)
+            if taken != rgb:  # two colours of one name
+                name = f"{name} {sum(n.startswith(name) for n in once) + 1}"
+                once[name] = rgb
+            key = label, Material(name, rgb=rgb, upsampling=upsampling)
+        label, material = key
+        groups.setdefault((label, material.name), (label, material, []))[2].append(int(part))
+    return list(groups.values())
+
+
+def _colours_said(model: Model, materials: list[Material]) -> list[str]:
+    """Which colours are the file's, in a sentence."""
+    own = {m.name: m.rgb for m in materials if m.name.startswith(f"{model.file}: ")}
+    if not own:
+        return []
+    shown = [f"{name.removeprefix(f'{model.file}: ')} ({', '.join(f'{x:.3g}' for x in rgb)})"
+             for name, rgb in own.items()]
+    return [f"Colours from {model.file}, in linear BT.709: {', '.join(shown)}"]
