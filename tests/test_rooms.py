@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import renderer
 from renderer.records.json_records import escaped
 from renderer.scene.flat import flat_parts, polygon, rectilinear
-from renderer.scene.mesh_files import load_solid
+from renderer.scene.model_files.model import read_model
 from renderer.scene.room import outline_room, outside
 from renderer.scene.room_from_mesh import mesh_room
 from renderer.transport.mesh.triangulation import triangulated
@@ -64,7 +64,7 @@ def outlined(write):
 def meshed(write):
     def make(mesh, *arguments, suffix="obj", lines="", **options):
         mesh.export(write.folder / f"room.{suffix}")
-        return write(f'mesh = "room.{suffix}"\n{lines}', *arguments, **options)
+        return write(f'mesh = "room.{suffix}"\nup = "z"\n{lines}', *arguments, **options)
 
     return make
 
@@ -347,7 +347,7 @@ def test_names_in_a_glb_become_surfaces(write):
     parts.add_geometry(trimesh.Trimesh(BOX.vertices, BOX.faces[TOP], process=False), geom_name="roof")
     parts.add_geometry(trimesh.Trimesh(BOX.vertices, BOX.faces[~TOP], process=False), geom_name="rest")
     parts.export(write.folder / "room.glb")
-    scene = write('mesh = "room.glb"\n[room.surfaces]\nroof = "red"')
+    scene = write('mesh = "room.glb"\nup = "z"\n[room.surfaces]\nroof = "red"')
     assert list(scene.room.surfaces) == ["floor", "walls", "roof"]
     assert scene.materials[2].name == "red"
 
@@ -391,11 +391,13 @@ def test_one_wall_of_an_outline_may_be_red(outlined):
     ('size = [4, 4, 3]\n[room.surfaces]\nwall_0 = "red"', ["surfaces", "wall_x0"]),
     ("size = [4, 4, 3]\nheight = 3", ["height", "outline"]),
     ('mesh = "none.obj"', ["room.mesh", "none.obj", "no file"]),
-    ('mesh = "room.dae"', ["room.mesh", "room.dae", "OBJ"]),
+    ('mesh = "room.dae"', ["room.mesh", "room.dae holds no faces"]),
+    ('mesh = "room.skp"', ["room.mesh", "room.skp is SketchUp", "OBJ"]),
     ('mesh = "room.stl"\nunits = "mile"', ["room.units", "mile"]),
 ])
 def test_a_fault_of_the_room_is_refused_in_one_sentence(write, lines, words):
-    (write.folder / "room.dae").write_text("<COLLADA/>")
+    for name in ("room.dae", "room.skp"):
+        (write.folder / name).write_text("<COLLADA/>")
     with pytest.raises(renderer.InputError) as refused:
         write(lines)
     message = str(refused.value)
@@ -469,7 +471,7 @@ def test_a_mutated_file_is_read_or_refused(tmp_path, kind, data):
         content[at:at + drop] = fresh
     path = tmp_path / f"solid.{kind.split('_')[0]}"
     path.write_bytes(bytes(content))
-    for load in (lambda: load_solid(path, "scene.toml", 1.0, "z"),
-                 lambda: mesh_room(path, 1.0, "z", [], [], "scene.toml")):
+    for load in (lambda: read_model(path, "scene.toml"),
+                 lambda: mesh_room(path, None, None, [], [], "scene.toml")):
         with contextlib.suppress(renderer.InputError):  # anything else fails the test
             load()

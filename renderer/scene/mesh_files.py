@@ -1,25 +1,16 @@
-"""Foreign mesh files: read without touching any other file, and mended until they are closed."""
+"""Rooms in model files: their faces, mended until they are closed."""
 
-import logging
 from dataclasses import dataclass
-from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from renderer.errors import InputError
+from renderer.scene.model_files.read import read_polygons
+from renderer.scene.model_files.triangulate import triangulated
 
-logging.getLogger("trimesh").addHandler(logging.NullHandler())  # else it prints its tracebacks
-
-FORMATS = ("obj", "ply", "stl", "glb")
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
-"""Metres in each unit."""
-FARTHEST = 1e9
-"""Largest coordinate [m]; the smallest length is its inverse."""
 WELD = 1e-7
 """Vertices nearer than this, relative to the mesh's longest side, are one: what single-precision
 files resolve."""
@@ -39,97 +30,12 @@ class Labelled:
     names: list[tuple[str, ...]]
 
 
-def read_mesh(path: Path, where: str, metres: float, up: str) -> Labelled:
-    """Read an OBJ, PLY, STL or GLB file in metres and z up. Raises InputError.
-
-    metres : one unit of the file [m]; up : "z" or "y", the file's axis that points up.
-    """
-    if not path.is_file():
-        raise InputError(f"{where}: there is no file {str(path)!r}; paths are relative to the "
-                         "scene file. Mend the path.")
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in FORMATS:
-        raise InputError(f"{where}: {path.name} is none of OBJ, PLY, STL and GLB. Export one of those.")
-    try:
-        pieces = _loaded(path.read_bytes(), kind)
-    except Exception as error:  # noqa: BLE001  a foreign file may fail in any way in its reader
-        reason = " ".join(f"{error}".split())[:200] or type(error).__name__
-        raise InputError(f"{where}: {path.name} cannot be read as a mesh ({reason}); export it anew as "
-                         "OBJ, PLY, STL or GLB.") from None
-    if not sum(len(faces) for _, faces, _ in pieces):
-        raise InputError(f"{where}: {path.name} holds no faces; export the mesh with its triangles.")
-    vertices = np.concatenate([v for v, _, _ in pieces])
-    starts = np.cumsum([0] + [len(v) for v, _, _ in pieces])
-    for v, f, _ in pieces:
-        if f.min(initial=0) < 0 or f.max(initial=0) >= max(len(v), 1):
-            raise InputError(f"{where}: {path.name} has a face whose vertex it does not hold; export "
-                             "it anew.")
-    faces = np.concatenate([f + start for (_, f, _), start in zip(pieces, starts, strict=False)])
-    part = np.repeat(np.arange(len(pieces)), [len(f) for _, f, _ in pieces])
-    used = vertices[np.unique(faces)] * metres
-    if not np.isfinite(used).all():
-        raise InputError(f"{where}: {path.name} has a vertex that is not a finite number; mend the export.")
-    if np.abs(used).max() > FARTHEST:
-        raise InputError(f"{where}: {path.name} reaches {np.abs(used).max():.3g} m from its origin; at most "
-                         f"{FARTHEST:g} m is allowed. Give its units, or move it nearer in the export.")
-    if np.ptp(used, axis=0).max() < 1 / FARTHEST:
-        raise InputError(f"{where}: {path.name} is {np.ptp(used, axis=0).max():.3g} m long; at least "
-                         f"{1 / FARTHEST:g} m is allowed. Give its units, or scale it in the export.")
-    vertices = np.where(np.isfinite(vertices), vertices, 0.0) * metres
-    if up == "y":
-        vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
-    return Labelled(vertices, faces, part, [names for _, _, names in pieces])
-
-
-def _loaded(data: bytes, kind: str) -> list[tuple[np.ndarray, np.ndarray, tuple[str, ...]]]:
-    """Vertices, faces and names of each piece. Only `data` is read: no material library, texture or
-    buffer beside it."""
-    labels: list[tuple[str, ...]] = []
-    library: dict[str, bytes] = {}
-    if kind == "obj":
-        data, labels = _labelled_obj(data)
-        library = {"labels": "".join(f"newmtl {k}\n" for k in range(len(labels) + 1)).encode()}
-    options = {"group_material": True} if kind == "obj" else {}
-    loaded = trimesh.load(BytesIO(data), file_type=kind, resolver=library, process=False, **options)
-    scene = loaded if isinstance(loaded, trimesh.Scene) else trimesh.Scene(loaded)
-    pieces = []
-    for node in scene.graph.nodes_geometry:
-        turn, name = scene.graph[node]
-        mesh = scene.geometry[name]
-        if not isinstance(mesh, trimesh.Trimesh):
-            continue
-        material = getattr(getattr(mesh.visual, "material", None), "name", None)
-        names = [material, name, node]
-        if kind == "obj":
-            names = labels[int(material)] if material else ()
-        elif kind != "glb":
-            names = ()  # trimesh's own invention, not the file's
-        vertices = trimesh.transform_points(np.array(mesh.vertices, dtype=float), turn)
-        pieces.append((vertices, np.array(mesh.faces, dtype=np.int64).reshape(-1, 3),
-                       tuple(dict.fromkeys(str(n) for n in names if n))))
-    return pieces
-
-
-def _labelled_obj(data: bytes) -> tuple[bytes, list[tuple[str, ...]]]:
-    """An OBJ file in which `usemtl k` alone tells pieces apart, and the names (usemtl, g, o) of piece k:
-    trimesh keeps one of the three, and only with the material library at hand."""
-    state = {"usemtl": "", "g": "", "o": ""}
-    labels: dict[tuple[str, ...], int] = {}
-    lines, current = ["mtllib labels"], None
-    text = data.decode("utf-8", errors="replace").replace("\\\r\n", " ").replace("\\\n", " ")
-    for line in text.splitlines():
-        word, _, rest = line.strip().partition(" ")
-        if word in state:
-            state[word] = rest.strip()
-        elif word == "f":
-            names = tuple(name for name in state.values() if name)
-            if names != current:
-                lines.append(f"usemtl {labels.setdefault(names, len(labels))}")
-            current = names
-            lines.append(line.strip())
-        elif word in ("v", "vt", "vn"):
-            lines.append(line.strip())
-    return "\n".join(lines).encode(), list(labels)
+def read_mesh(path: Path, where: str, units: str | None = None, up: str | None = None,
+              root: Path | None = None) -> Labelled:
+    """Read a model file in metres and z up; arguments as for `read_polygons`. Raises InputError."""
+    file = read_polygons(path, where, 1.0, units, up, root)
+    faces, polygon = triangulated(file.vertices, file.corners, file.sizes)
+    return Labelled(file.vertices, faces, file.part[polygon], file.names)
 
 
 def welded(mesh: Labelled) -> Labelled:
@@ -266,25 +172,3 @@ def open_loops(faces: np.ndarray) -> list[np.ndarray]:
         if ring[-1] in following:
             del following[ring[-1]]
     return loops
-
-
-def load_solid(path: Path, where: str, metres: float, up: str) -> trimesh.Trimesh:
-    """Read an object: closed bodies with outward normals [m]. Raises InputError."""
-    mesh = mended_junctions(welded(read_mesh(path, where, metres, up)))
-    if not len(mesh.faces):
-        raise InputError(f"{where}: {path.name} holds no faces with area; export the mesh with its "
-                         "triangles.")
-    mesh, _ = oriented(mesh)
-    face, side = _open_edges(mesh.faces)
-    if len(face):
-        spot = mesh.vertices[mesh.faces[face[0], side[0]]]
-        raise InputError(f"{where}: {path.name} is not closed, so it has no inside (a hole at "
-                         f"{_point(spot)} in its own coordinates); close its holes and give sheets a "
-                         "thickness.")
-    return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-
-
-def _point(xyz: np.ndarray) -> str:
-    return "[" + ", ".join(f"{x:.6g}" for x in xyz) + "]"
-
-

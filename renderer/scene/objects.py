@@ -41,7 +41,8 @@ def place(entry: ObjectTable, where: str, folder: Path, used: Used, upsampling: 
         solid = solid_of_shape(entry.shape, entry.size)
         solid.apply_transform(_turn(entry, solid.bounds))
         return Placed([Body(entry.name, solid)], [used(entry.material, f"{where}.material")])
-    model = read_model(folder / entry.mesh, f"{where}.mesh", entry.scale or 1.0, entry.units, entry.up, folder)
+    model = read_model(folder / entry.mesh, f"{where}.mesh", entry.scale or 1.0, entry.units, entry.up,
+                       folder)
     groups = _by_material(entry, model, where, used, upsampling)
     turn, found = _turn(entry, model.bounds), Placed([], [], [model.said])
     group = np.empty(len(model.names), dtype=int)
@@ -62,8 +63,8 @@ def place(entry: ObjectTable, where: str, folder: Path, used: Used, upsampling: 
 
 
 def _turn(entry: ObjectTable, bounds: np.ndarray) -> np.ndarray:
-    """The transform (4, 4) of an object of those bounds (2, 3) [m]: its anchor goes to its position, and it is
-    turned there about x, then y, then z."""
+    """The transform (4, 4) of an object of those bounds (2, 3) [m]: its anchor goes to its position, and it
+    is turned there about x, then y, then z."""
     anchor = entry.anchor or ("origin" if entry.mesh else "corner")
     low, high = bounds
     place = {"corner": low, "origin": np.zeros(3), "base": np.array([*(low + high)[:2] / 2, low[2]])}[anchor]
@@ -84,8 +85,9 @@ def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsam
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {near[0]!r}? " if near else ""
-            raise InputError(f"{where}.materials names {name!r}, which {model.file} has not; {hint}Names in it: "
-                             f"{', '.join(map(repr, known[:12])) or 'none'}{' …' if len(known) > 12 else ''}.")
+            shown = ", ".join(map(repr, known[:12])) + (" …" if len(known) > 12 else "") or "none"
+            raise InputError(f"{where}.materials names {name!r}, which {model.file} has not; {hint}Names in "
+                             f"it: {shown}.")
     groups, once = {}, {}
     for part in np.unique(model.heap.part):
         names, colour = model.names[part], model.colours[part]
@@ -96,8 +98,9 @@ def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsam
             key = "", used(entry.material, f"{where}.material")
         elif colour is None:
             called = f"its part {names[0]!r}" if names else "it"
-            raise InputError(f"{where}.material is missing, and {model.file} gives {called} no colour; give the "
-                             "name of a material" + (f", or materials = {{ {names[0]!r} = … }}." if names else "."))
+            more = f", or materials = {{ {names[0]!r} = … }}" if names else ""
+            raise InputError(f"{where}.material is missing, and {model.file} gives {called} no colour; give "
+                             f"the name of a material{more}.")
         else:
             label = names[0] if names else "itself"
             rgb = tuple(float(x) for x in colour)

@@ -13,13 +13,12 @@ from renderer.colour.materials import Material, srgb_to_linear
 from renderer.colour.munsell import munsell_chip
 from renderer.colour.spectrum import read_reflectance
 from renderer.errors import InputError
-from renderer.scene.geometry import object_mesh
 from renderer.scene.grids import make_grids
 from renderer.scene.lighting import resolve_luminaires
-from renderer.scene.mesh_files import UNITS
+from renderer.scene.objects import place
 from renderer.scene.room import Room, box_room, outline_room, refuse_outside, spelt, winding
 from renderer.scene.room_from_mesh import mesh_room
-from renderer.scene.scene import STAND_OFF, Body, Scene
+from renderer.scene.scene import STAND_OFF, Scene
 from renderer.scene.schema import (
     MaterialTable,
     RoomTable,
@@ -151,13 +150,11 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
     room = _room(table.room, list(materials), path)
     size, (lowest, highest) = np.ptp(room.bounds, axis=0), room.bounds
     faces = _room_materials(table.room, room, used, path)
-    bodies, of_bodies = [], []
+    bodies, of_bodies, said = [], [], []
     for index, entry in enumerate(table.objects):
         where = f"{path}: objects[{index}]"
-        file = path.parent / entry.mesh if entry.mesh else None
-        scale = (entry.scale or 1.0) * UNITS[entry.units or "m"]
-        mesh = object_mesh(entry.shape, entry.size, entry.position, entry.rotation, file, scale,
-                           entry.up or "z", f"{where}.mesh")
+        placed = place(entry, where, path.parent, used, table.solver.upsampling)
+        mesh = trimesh.util.concatenate([body.mesh for body in placed.bodies])
         low, high = mesh.bounds
         thin = 2 * STAND_OFF * float(size.max())
         if (high - low).min() < thin and entry.mesh is None:
@@ -170,8 +167,9 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
             raise InputError(f"{where} {entry.name!r} lies wholly outside the room, from "
                              f"{spelt(low)} to {spelt(high)}; the room reaches from {spelt(lowest)} "
                              f"to {spelt(highest)}. Move it.")
-        bodies.append(Body(entry.name, mesh))
-        of_bodies.append(used(entry.material, f"objects[{index}].material"))
+        bodies += placed.bodies
+        of_bodies += placed.materials
+        said += placed.said
     luminaires, lamps, faults = resolve_luminaires(table.luminaires, room, path)
     for key in ("photometers", "spot_meters", "observers"):
         for index, entry in enumerate(getattr(table, key)):
@@ -182,7 +180,7 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
                        "Move it into the room")
     return Scene(table.title, path, room, bodies, faces + of_bodies, luminaires, lamps,
                  table.photometers, make_grids(table.photometer_grids, room, path), table.spot_meters,
-                 table.observers, table.camera, table.solver, faults)
+                 table.observers, table.camera, table.solver, faults, said)
 
 
 def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> Material:
@@ -202,8 +200,8 @@ def _room(table: RoomTable, materials: list[str], path: Path) -> Room:
         return box_room(table.size)
     if table.outline is not None:
         return outline_room(table.outline, table.height, f"{path}: room")
-    return mesh_room(path.parent / table.mesh, UNITS[table.units or "m"], table.up or "z",
-                     list(table.surfaces), materials, f"{path}: room.mesh")
+    return mesh_room(path.parent / table.mesh, table.units, table.up, list(table.surfaces), materials,
+                     f"{path}: room.mesh", path.parent)
 
 
 def _room_materials(table: RoomTable, room: Room, used, path: Path) -> list[Material]:

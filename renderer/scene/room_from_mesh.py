@@ -25,14 +25,14 @@ SHELL = 0.5
 """A body that fills more than this of the room it stands in is the inner side of walls with thickness."""
 
 
-def mesh_room(path: Path, metres: float, up: str, named: list[str], materials: list[str],
-              where: str) -> Room:
+def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
+              where: str, root: Path | None = None) -> Room:
     """The inside of a mesh from a file. Raises InputError.
 
-    metres, up : as for read_mesh; named : names in the file that are surfaces of their own, and so is
+    units, up, root : as for read_mesh; named : names in the file that are surfaces of their own, and so is
     each of `materials` that the file names; other faces are floor, ceiling or walls by the way they face.
     """
-    mesh = mended_junctions(welded(read_mesh(path, where, metres, up)))
+    mesh = mended_junctions(welded(read_mesh(path, where, units, up, root)))
     if not len(mesh.faces):
         raise InputError(f"{where}: {path.name} holds no faces with area; export the mesh with its "
                          "triangles.")

@@ -78,6 +78,7 @@ class Scene:
     materials : one Material per surface of the room and body
     lamps : relative spectral power, one per luminaire
     faults : of the luminaires' photometric files, in sentences
+    files : how model files were read, and which colours are theirs, in sentences
     """
 
     title: str
@@ -94,6 +95,7 @@ class Scene:
     camera: CameraTable | None
     solver: SolverTable
     faults: list[str] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
 
     @property
     def size(self) -> np.ndarray:

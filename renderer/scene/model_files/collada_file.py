@@ -73,7 +73,8 @@ def _by_symbol(node) -> dict:
     return {material.symbol: material for material in node.materials}
 
 
-def _piece(primitive, geometry, nodes: tuple[str, ...], matrix: np.ndarray, colours: "_Colours") -> list[Piece]:
+def _piece(primitive, geometry, nodes: tuple[str, ...], matrix: np.ndarray, colours: "_Colours"
+           ) -> list[Piece]:
     index = getattr(primitive, "vertex_index", None)
     if index is None or primitive.vertex is None or not len(index):
         return []
@@ -120,8 +121,9 @@ class _Colours:
         if isinstance(said, (tuple, list)):
             values = np.array(said[:3], dtype=float)
             return srgb_decoded(values) if len(values) == 3 and np.isfinite(values).all() else None
-        path = getattr(getattr(getattr(getattr(said, "sampler", None), "surface", None), "image", None), "path",
-                       None)
+        path = said
+        for key in ("sampler", "surface", "image", "path"):
+            path = getattr(path, key, None)
         if not path:
             return None
         if path not in self.images:

@@ -1,4 +1,4 @@
-"""Edges of triangles: who shares them, which are open, and faces divided where another's vertex lies on one."""
+"""Edges of triangles: who shares them, which are open; and faces cut where another's vertex lies on one."""
 
 from itertools import pairwise
 

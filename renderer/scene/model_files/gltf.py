@@ -87,8 +87,8 @@ class _Scene:
 
     def _instances(self, node: dict) -> list[np.ndarray]:
         said = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {})
-        columns = {key: self.buffers.accessor(said[key.upper()]) for key in ("translation", "rotation", "scale")
-                   if key.upper() in said}
+        columns = {key: self.buffers.accessor(said[key.upper()])
+                   for key in ("translation", "rotation", "scale") if key.upper() in said}
         if not columns:
             return [np.eye(4)]
         count = len(next(iter(columns.values())))

@@ -92,18 +92,20 @@ def _meshopt(data: bytes, said: dict) -> bytes:
         raise Unreadable('uses meshopt compression; install the package "meshoptimizer", or export it '
                          "uncompressed") from None
     count, stride, mode = said["count"], said["byteStride"], said["mode"]
-    if not 0 <= count * stride <= 8 * MAX_ELEMENTS:
-        raise Unreadable(f"claims {count} numbers in one list; export it again")
+    sizes = range(4, 257, 4) if mode == "ATTRIBUTES" else (2, 4)
+    whole = mode != "TRIANGLES" or count % 3 == 0
+    if not 0 <= count * stride <= 8 * MAX_ELEMENTS or stride not in sizes or not whole:
+        raise Unreadable(f"claims {count} numbers of {stride} bytes in a compressed list; export it again")
+    # The library decodes to single precision and to 32-bit integers, whatever the stride.
     if mode == "ATTRIBUTES":
-        values = meshoptimizer.decode_vertex_buffer(count, stride, data, dtype=np.dtype("u1"))
-        values = np.ascontiguousarray(values).view("u1").reshape(count, stride)
+        values = np.ascontiguousarray(meshoptimizer.decode_vertex_buffer(count, stride, data))
         if said.get("filter") == "EXPONENTIAL":
             values = values.view("<i4")
-            return np.ldexp((values << 8 >> 8).astype("<f4"), values >> 24).astype("<f4").tobytes()
+            values = np.ldexp((values << 8 >> 8).astype("<f4"), values >> 24).astype("<f4")
         return values.tobytes()
     decode = {"TRIANGLES": meshoptimizer.decode_index_buffer,
               "INDICES": meshoptimizer.decode_index_sequence}[mode]
-    return np.asarray(decode(count, stride, data)).astype(f"<u{stride}").tobytes()
+    return np.asarray(decode(count, 4, data)).astype(f"<u{stride}").tobytes()
 
 
 def draco(data: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:

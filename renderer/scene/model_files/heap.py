@@ -13,6 +13,8 @@ from renderer.scene.model_files.weld import WELD, Facets
 
 MAX_ROUNDS = 40
 """How often the smallest of the surfaces that meet at a crowded edge is taken for a sheet, before all are."""
+FLAT = 1e-9
+"""How far from 1 the cosine between normals of neighbours in one plane may be."""
 NO_THICKNESS = 1e-6
 """A closed surface thinner than this, relative to its longest side, encloses nothing."""
 
@@ -39,7 +41,10 @@ def heap(found: Facets) -> Heap:
     """Tell solids from sheets."""
     vertices = found.vertices
     faces, owner = divided(vertices, found.faces)
-    part, both = found.part[owner], found.both_ways[owner]
+    first, both = _flat_regions_once(vertices, faces)
+    both = (both | found.both_ways[owner])[first]
+    faces, owner = faces[first], owner[first]
+    part = found.part[owner]
     edges = Edges(faces)
     region, contact = _contacts(edges, both)
     solid, flip = _solids(vertices, faces, edges, ~np.isin(region, contact))
@@ -66,6 +71,34 @@ def areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Area of each triangle (k,) [m²]."""
     a, b, c = vertices[faces].transpose(1, 0, 2)
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def _flat_regions_once(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which faces (k,) are of a flat region that no earlier one has the border of, and which of those are
+    there with the opposite winding too (k,): one polygon may be divided in two ways."""
+    edges, every = Edges(faces), np.ones(len(faces), dtype=bool)
+    crosses = np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2)))
+    normals = crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
+    one, other, agree = edges.pairs(every)
+    level = agree & (np.einsum("ki,ki->k", normals[one], normals[other]) > 1 - FLAT)
+    region = connected(len(faces), one[level], other[level])
+    count = int(region.max(initial=-1)) + 1
+    order, sides = np.argsort(edges.edge, kind="stable"), np.repeat(region, 3)
+    starts = np.flatnonzero(np.diff(edges.edge[order], prepend=-1))
+    low, high = (pick.reduceat(sides[order], starts) for pick in (np.minimum, np.maximum))
+    border = ~((low == high) & (edges.uses() == 2))[edges.edge]
+    marks = np.random.default_rng(0).integers(1 << 62, size=edges.count, dtype=np.uint64)
+    key = np.zeros(count, dtype=np.uint64)
+    np.add.at(key, sides[border], marks[edges.edge[border]])
+    total = np.zeros((count, 3))
+    np.add.at(total, region, crosses)
+    _, leader, group = np.unique(key, return_index=True, return_inverse=True)
+    lead = leader[group.ravel()]
+    again = (lead != np.arange(count)) & (key > 0)
+    against = again & (np.einsum("ki,ki->k", total, total[lead]) < 0)
+    both = np.zeros(count, dtype=bool)
+    both[lead[against]] = True
+    return ~again[region], both[region]
 
 
 def _contacts(edges: Edges, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -188,7 +221,7 @@ def _wedges(vertices: np.ndarray, faces: np.ndarray, edges: Edges, sides: np.nda
 
 def _without_thickness(vertices: np.ndarray, faces: np.ndarray, edges: Edges, solid: np.ndarray
                        ) -> tuple[np.ndarray, np.ndarray]:
-    """Faces of closed surfaces that enclose nothing (k,): the two sides of a sheet that are divided otherwise;
+    """Faces of closed surfaces that enclose nothing (k,): both sides of a sheet that are divided in two ways;
     and which of these are the second side (k,)."""
     flat, second = np.zeros(len(faces), dtype=bool), np.zeros(len(faces), dtype=bool)
     ids = np.unique(solid[solid >= 0])

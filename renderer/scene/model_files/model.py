@@ -70,5 +70,6 @@ def _read(path: Path, _stamp, where: str, scale: float, units: str | None, up: s
     file = read_polygons(path, where, scale, units, up, root)
     found = heap(facets(file))
     if not len(found.faces):
-        raise InputError(f"{where}: {path.name} holds no faces with area; export the model with its polygons.")
+        raise InputError(f"{where}: {path.name} holds no faces with area; export the model with its "
+                         "polygons.")
     return Model(path.name, found, file.names, file.colours, len(file.sizes), file.taken, tuple(file.notes))

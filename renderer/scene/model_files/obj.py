@@ -31,13 +31,14 @@ def read_obj(data: bytes, beside: Beside) -> ModelFile:
     places = np.array(reader.places, dtype=float).reshape(-1, 2)
     pieces, most = [], max((max(c, default=0) for c, _, _ in reader.groups.values()), default=0)
     if most >= len(vertices) > 0:
-        raise Unreadable(f"has a face that asks for vertex {most + 1}, and it holds {len(vertices)}; export it "
-                         "again")
+        raise Unreadable(f"has a face that asks for vertex {most + 1}, and it holds {len(vertices)}; "
+                         "export it again")
     for names, (corners, sizes, textured) in reader.groups.items():
         corners, sizes = np.array(corners, dtype=np.int64), np.array(sizes, dtype=np.int64)
         used, local = np.unique(corners, return_inverse=True)
         piece = Piece(vertices[used], local.ravel(), sizes, tuple(n for n in names if n))
-        whole = len(textured) == len(corners) and 0 <= min(textured, default=-1) <= max(textured) < len(places)
+        lowest, highest = min(textured, default=-1), max(textured, default=-1)
+        whole = len(textured) == len(corners) and 0 <= lowest <= highest < len(places)
         uv = places[textured] if whole else None
         colour = colours.of(names[0], piece, uv)
         pieces.append(Piece(piece.vertices, piece.corners, sizes, piece.names, colour))

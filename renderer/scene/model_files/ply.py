@@ -33,7 +33,7 @@ def read_ply(data: bytes) -> ModelFile:
             if not {"x", "y", "z"} <= columns.keys():
                 raise Unreadable("has vertices without x, y and z; export it again")
             vertices = np.stack([np.asarray(columns[k], dtype=float) for k in "xyz"], axis=1)
-            colour = _colour(columns, dict((p[0], p[1]) for p in element.properties))
+            colour = _colour(columns, {p[0]: p[1] for p in element.properties})
         elif element.name == "face":
             lists = columns.get("vertex_indices", columns.get("vertex_index"))
             if lists is not None:

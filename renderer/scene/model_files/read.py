@@ -18,10 +18,12 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.
 KNOWN = "OBJ, PLY, STL, GLB, glTF, COLLADA (.dae) or 3MF"
 FARTHEST = 1e9
 """Largest coordinate [m]; the smallest length is its inverse."""
-OTHERS = {"skp": "SketchUp", "3ds": "3D Studio", "fbx": "FBX", "blend": "Blender", "ifc": "IFC", "dwg": "AutoCAD",
-          "dxf": "DXF", "step": "STEP", "stp": "STEP", "iges": "IGES", "igs": "IGES", "3dm": "Rhino",
-          "usdz": "USD", "usd": "USD", "usda": "USD", "usdc": "USD", "x3d": "X3D", "wrl": "VRML", "off": "OFF",
-          "rvt": "Revit", "max": "3ds Max", "c4d": "Cinema 4D", "zip": "ZIP", "zae": "zipped COLLADA"}
+OTHERS = {"skp": "SketchUp", "3ds": "3D Studio", "fbx": "FBX", "blend": "Blender", "ifc": "IFC",
+          "dwg": "AutoCAD", "dxf": "DXF", "step": "STEP", "stp": "STEP", "iges": "IGES", "igs": "IGES",
+          "3dm": "Rhino", "usdz": "USD", "usd": "USD", "usda": "USD", "usdc": "USD", "x3d": "X3D",
+          "wrl": "VRML", "off": "OFF", "rvt": "Revit", "max": "3ds Max", "c4d": "Cinema 4D", "zip": "ZIP",
+          "zae": "zipped COLLADA"}
+"""What other endings of files stand for."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +60,8 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
                          "scene file. Correct the path.")
     kind = path.suffix.lower().lstrip(".")
     if kind not in FORMATS:
-        raise InputError(f"{where}: {path.name} is {OTHERS.get(kind, 'of a format that is not read')}; export "
-                         f"it as {KNOWN}.")
+        raise InputError(f"{where}: {path.name} is {OTHERS.get(kind, 'of a format that is not read')}; "
+                         f"export it as {KNOWN}.")
     try:
         with np.errstate(all="ignore"):
             found = _parsed(path, kind, root or path.parent)
@@ -67,8 +69,8 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
         raise InputError(f"{where}: {path.name} {fault}.") from None
     except Exception as error:  # noqa: BLE001  a foreign file may fail in any way in its reader
         reason = " ".join(f"{error}".split())[:200] or type(error).__name__
-        raise InputError(f"{where}: {path.name} cannot be read as {kind.upper()} ({reason}); export it again, "
-                         f"or as {KNOWN}.") from None
+        raise InputError(f"{where}: {path.name} cannot be read as {kind.upper()} ({reason}); export it "
+                         f"again, or as {KNOWN}.") from None
     return _in_metres(found, path, where, scale, units, up)
 
 
@@ -93,12 +95,14 @@ def _in_metres(found: ModelFile, path: Path, where: str, scale: float, units: st
         raise InputError(f"{where}: {path.name} holds no faces; export the model with its polygons.")
     for piece in pieces:
         if piece.corners.min() < 0 or piece.corners.max() >= len(piece.vertices):
-            raise InputError(f"{where}: {path.name} has a face whose vertex it does not hold; export it again.")
+            raise InputError(f"{where}: {path.name} has a face whose vertex it does not hold; export it "
+                             "again.")
     metres = scale * (UNITS[units] if units else found.metres)
     used = [piece.vertices[np.unique(piece.corners)] for piece in pieces]
     reach = max(np.abs(points).max() for points in used) * metres
     if not np.isfinite(reach):
-        raise InputError(f"{where}: {path.name} has a vertex that is not a finite number; correct the export.")
+        raise InputError(f"{where}: {path.name} has a vertex that is not a finite number; correct the "
+                         "export.")
     if reach > FARTHEST:
         raise InputError(f"{where}: {path.name} reaches {reach:.3g} m from its origin; at most "
                          f"{FARTHEST:g} m is allowed. Give its units, or move it nearer in the export.")
