@@ -10,6 +10,7 @@ from renderer.cli.terminal import (
     list_files,
     print_as,
     progress_shown,
+    show_files,
     show_findings,
     show_laws,
     warn,
@@ -65,6 +66,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     warn(solution, figures, asked)
     print_as(form, record, photometer_tables(record), photometer_rows(record))
     if form == "table":
+        show_files(loaded)
         show_laws([solution])
         if files:
             list_files(files, out)

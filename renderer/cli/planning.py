@@ -31,7 +31,7 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
     loaded = load(scene)
     said = forecast(loaded, solving.bands or loaded.solver.bands, solving.accuracy or loaded.solver.accuracy)
     if json_:
-        print(json.dumps({"scene": loaded.title, **asdict(said)}, indent=1))
+        print(json.dumps({"scene": loaded.title, **asdict(said), "files": loaded.files}, indent=1))
         return
     rays = f"{said.rays / 1e6:.2g} million" if said.rays else "none"
     all_of = "finer solves included, " if said.finer else ""
@@ -51,7 +51,8 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
     if said.unsure:
         print("Not sure: bars are said within a factor of two, and one comes so near what is asked: one "
               "finer solve more or less may follow.")
-    for title, sentences in (("Modelled", said.modelled), ("Left out", said.left_out)):
+    for title, sentences in (("Read", loaded.files), ("Modelled", said.modelled),
+                             ("Left out", said.left_out)):
         for sentence in sentences:
             print(f"{title}: {sentence}.")
 

@@ -110,6 +110,12 @@ def warn_before(scene, accuracy: float | None) -> None:
              f"{promise:.2%} can. The error bars will say what was reached.")
 
 
+def show_files(scene) -> None:
+    """Say on stdout how model files were read, and which colours are theirs."""
+    for sentence in scene.files:
+        print(f"{sentence}.")
+
+
 def show_laws(solutions: list) -> None:
     """Say on stdout how far the laws hold, once for each geometry."""
     said = []

@@ -188,6 +188,7 @@ def of_run(solution: Solution, accuracy: float, seconds: float) -> dict:
         "energy_balance_error": solution.energy_balance_error,
         "rays": transport.rays,
         **({"openings": holes} if holes else {}),
+        **({"files": solution.scene.files} if solution.scene.files else {}),
         "bands_solved": solution.bands_solved,
         "seconds": {"form_factors": transport.seconds, "solve": solution.seconds, "total": seconds},
     }
