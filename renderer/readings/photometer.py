@@ -99,13 +99,10 @@ def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> No
 
 def refuse_inside(transport: Transport, lifted: np.ndarray, where: str, position: np.ndarray) -> None:
     """Raise InputError for a point inside a solid: `position` (3,) [m], `lifted` off what it touches."""
-    if transport.ray_scene is not None:
-        # From inside a solid every direction ends on the back of a surface.
-        probes = np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.64, 0.48]]])
-        seen = transport.ray_scene.first_hit(np.tile(lifted, (len(probes), 1)), probes)
-        if (seen < 0).sum() > len(probes) // 2:
-            raise InputError(f"{where}: position {_short(position)} is inside an object. "
-                             "Move it into the open room.")
+    solids = transport.mesh.solids
+    if len(solids) and room_shell.winding(lifted[None], solids)[0] < -0.5:
+        raise InputError(f"{where}: position {_short(position)} is inside an object. "
+                         "Move it into the open room.")
 
 
 def _short(xyz: np.ndarray) -> str:

@@ -12,6 +12,7 @@ from renderer.colour.lamps import band_flux, mean_light, power_at_1_nm
 from renderer.colour.materials import Material
 from renderer.colour.nodes import luminous_at_1_nm, nodes_for_lamps
 from renderer.colour.spectrum import Spectrum
+from renderer.scene.exposed import Exposed, exposed_parts
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.grids import Grid
 from renderer.scene.luminaires.luminaire import Luminaire
@@ -111,6 +112,11 @@ class Scene:
                  for surface, material in zip(found, self.materials, strict=True)]
         return found + [Surface(lum.name, "luminaire", luminaire=k)
                         for k, lum in enumerate(self.luminaires) if not lum.is_point]
+
+    @cached_property
+    def exposed(self) -> list[Exposed]:
+        """What of each surface of the room and of each body faces air."""
+        return exposed_parts(self.room, self.bodies)
 
     @property
     def surface_names(self) -> list[str]:

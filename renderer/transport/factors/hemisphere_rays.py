@@ -76,17 +76,15 @@ def cast_rows(mesh: Mesh, ray_scene: RayScene, nets: Nets, start: int, stop: int
 
 
 def _met(mesh: Mesh, ray_scene: RayScene, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """What rays from patches (k,) meet (k, rays), by points of the unit hypercube (k, rays, 4)."""
+    """What rays from patches (k,) meet (k, rays), by points of the unit hypercube (k, rays, 4); INSIDE where
+    another surface covers the place that a ray starts from."""
     origins = ray_scene.off(mesh.spread(patch, square[..., :2]), mesh.normal[patch][:, None])
     directions = cosine_directions(square[..., 2:], frames(mesh.normal[patch]))
     found = ray_scene.first_hit(origins.reshape(-1, 3), directions.reshape(-1, 3)).astype(np.int32)
     found = found.reshape(square.shape[:2])
-    # A ray is lost where the surface is covered (a crate's foot) or where light escapes.
-    partly = np.flatnonzero((found < 0).any(axis=1))
-    inside = ray_scene.inside_solid(origins[partly].reshape(-1, 3),
-                                     np.repeat(mesh.normal[patch[partly]], found.shape[1], axis=0))
-    lost = np.where(found[partly] < 0, NOTHING, found[partly])
-    found[partly] = np.where(inside.reshape(lost.shape), INSIDE, lost)
+    found[found < 0] = NOTHING
+    for row in np.flatnonzero([int(each) in mesh.partly for each in patch]) if mesh.partly else ():
+        found[row, mesh.hidden_at(int(patch[row]), square[row, :, :2])] = INSIDE
     return found
 
 
@@ -99,8 +97,8 @@ class Openness:
     lost: np.ndarray
 
 
-def openness(hits: np.ndarray) -> Openness:
-    """The same told from what rays meet (n_patches, rays)."""
+def openness(hits: np.ndarray, share: np.ndarray) -> Openness:
+    """The same from what rays meet (n_patches, rays), and the share of each patch that is exposed."""
     n, rays = hits.shape
     open_, met = np.empty(n), np.empty(n, dtype=np.int64)
 
@@ -109,21 +107,21 @@ def openness(hits: np.ndarray) -> Openness:
         met[start:stop] = (hits[start:stop] >= 0).sum(axis=1)
 
     in_threads(look, n, max(1, CHUNK // rays))
-    alive = (open_ > MIN_EXPOSED_SHARE * rays) & (met > 0)
-    return Openness(np.where(alive, open_ / rays, 0.0),
+    alive = (share > MIN_EXPOSED_SHARE) & (met > 0)
+    return Openness(np.where(alive, share, 0.0),
                     np.where(alive, (open_ - met) / np.maximum(open_, 1), 0.0))
 
 
 def probed(mesh: Mesh, ray_scene: RayScene, seed: tuple[int, ...]) -> Openness:
     """The same told from PROBE_RAYS of each patch, and MORE_RAYS of those that seem to be covered in part."""
     hits = cast(mesh, ray_scene, PROBE_RAYS, seed)
-    found = openness(hits)
-    partly = np.flatnonzero((hits == INSIDE).any(axis=1) & ray_scene.exposed)
+    found = openness(hits, mesh.exposed_share)
+    partly = np.array(sorted(mesh.partly), dtype=int)
     nets = Nets(MORE_RAYS, 4, (*seed, 1))
 
     def look(start: int, stop: int) -> None:
         patch = partly[start:stop]
-        better = openness(_met(mesh, ray_scene, patch, nets.draw(start, stop)))
+        better = openness(_met(mesh, ray_scene, patch, nets.draw(start, stop)), mesh.exposed_share[patch])
         found.exposed[patch], found.lost[patch] = better.exposed, better.lost
 
     in_threads(look, len(partly), CHUNK // MORE_RAYS)
@@ -135,7 +133,7 @@ def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
     stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
     grows with the number of patches, not its square."""
     n = len(hits)
-    open_ = openness(hits)
+    open_ = openness(hits, mesh.exposed_share)
     areas = mesh.area * open_.exposed
     given, between = tallied(mesh, hits, areas, open_.lost)
     error, pair = reciprocity(between, np.bincount(mesh.surface, areas))

@@ -10,8 +10,16 @@ from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle, grid
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.room import Room
-from renderer.scene.scene import Scene
-from renderer.transport.mesh.contacts import Faces, Outlines, covered_by_contact, cut, graded, standing
+from renderer.scene.scene import Scene, Surface
+from renderer.transport.mesh.contacts import (
+    Faces,
+    Outlines,
+    covered_by_contact,
+    cut,
+    graded,
+    standing,
+    turned,
+)
 from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.mesh.mounting import COPLANAR, Mounting, mounting
 from renderer.transport.mesh.triangulation import triangulated, without
@@ -37,13 +45,16 @@ MAX_TRIANGLES_KEPT = 4
 HINDRANCES = 64
 """A room with more flat parts than this that can stand in the way is one obstacle as a whole."""
 
+FRONT, BOTH = (True, False), (True, True)
+"""Which sides of a face are exposed, where nothing covers it."""
+
 
 def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> Mesh:
     """Divide a scene into patches of about `patch_size` [m], graded toward edges and contacts.
 
     luminaires : the scene's, each through `stand_off`.
     """
-    every = [(index, surface.parts) for index, surface in enumerate(scene.surfaces) if surface.parts]
+    every = list(enumerate(scene.exposed))
     mountings, free = [], []
     for index, surface in enumerate(scene.surfaces):
         if surface.luminaire is not None:
@@ -53,30 +64,36 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
                 mountings.append(found)
             else:
                 free.append((index, luminaire))
-    of_room = np.array([surface.kind == "room" for surface in scene.surfaces])
-    builder = _Builder(patch_size, COPLANAR * scene.room.scale, of_room, luminaires,
+    builder = _Builder(patch_size, COPLANAR * scene.room.scale, scene.surfaces, luminaires,
                        CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area))
-    rectangles = [(index, face) for index, parts in every for face in parts.rectangles]
-    polygons = [(index, face) for index, parts in every for face in parts.polygons]
-    own = [r.corners for index, r in rectangles if of_room[index]]
+    of_room = builder.of_room
+    rectangles = [(index, face, sides) for index, of in every
+                  for face, sides in zip(of.parts.rectangles, of.sides[0], strict=True)]
+    polygons = [(index, face, sides) for index, of in every
+                for face, sides in zip(of.parts.polygons, of.sides[1], strict=True)]
+    own = [r.corners for index, r, _ in rectangles if of_room[index]]
     own += [m.outline for m in mountings if not m.cut_out]
-    bodies = [r.corners for index, r in rectangles if not of_room[index]]
+    bodies = [r.corners for index, r, _ in rectangles if not of_room[index]]
     outlines = Outlines(np.array(own + bodies).reshape(-1, 4, 3), len(own))
-    faces = Faces([*rectangles, *polygons])
-    for index, rectangle in rectangles:
-        builder.add_rectangle(index, rectangle, outlines, faces, mountings)
+    flat = [(index, face) for index, face, _ in (*rectangles, *polygons)]
+    two_sided = {index for index, surface in enumerate(scene.surfaces) if surface.two_sided}
+    faces = Faces(flat + [(index, turned(face)) for index, face in flat if index in two_sided])
+    for index, rectangle, sides in rectangles:
+        builder.add_rectangle(index, rectangle, outlines, faces, mountings, sides)
     for mounted in mountings:
         if mounted.cut_out:
             builder.add_face(mounted.surface, mounted.face)
-    for index, polygon in polygons:
-        builder.add_polygon(index, polygon, faces, mountings)
-    for index, parts in every:
-        builder.add_triangles(index, parts.triangles)
+    for index, polygon, sides in polygons:
+        builder.add_polygon(index, polygon, faces, mountings, sides)
+    for index, of in every:
+        for sides in (np.unique(of.sides[2], axis=0)):
+            builder.add_triangles(index, of.parts.triangles[(of.sides[2] == sides).all(axis=1)], sides)
     for index, luminaire in free:
-        builder.add_sheet(index, luminaire)
+        builder.add_face(index, luminaire, BOTH)
     free = [luminaire for _, luminaire in free]
-    return builder.finish([*rectangles, *polygons], _obstacles(scene, free), _blockers(scene, free),
-                          scene.room.shell)
+    solids = [body.mesh.triangles for body in scene.bodies if body.closed]
+    return builder.finish(faces, _obstacles(scene, free), _blockers(scene, free), scene.room.shell,
+                          np.concatenate([np.zeros((0, 3, 3)), *solids]))
 
 
 def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
@@ -115,28 +132,41 @@ def _reaches_out(room: Room, bounds: np.ndarray) -> bool:
 
 
 class _Builder:
-    def __init__(self, patch_size: float, touch: float, of_room: np.ndarray, luminaires: list[Luminaire],
+    def __init__(self, patch_size: float, touch: float, surfaces: list[Surface], luminaires: list[Luminaire],
                  close: float):
         self.patch_size = patch_size
         self.touch = touch
-        self.of_room = of_room
+        self.of_room = np.array([surface.kind == "room" for surface in surfaces])
+        self.two_sided = [surface.two_sided for surface in surfaces]
         self.luminaires = luminaires
         self.close, self.in_gap = close, close * IN_GAP / CLOSE_TO_LAMP
         self.vertices, self.patches, self.surface = [], [], []
-        self.vertex_surface, self.twin = [], []
+        self.vertex_surface, self.twin, self.exposed = [], [], []
         self.n_vertices = self.n_patches = 0
 
-    def add(self, vertices, patches, surface, vertex_surface, twin=None):
+    def add(self, vertices, patches, surface, vertex_surface, sides=FRONT, sheet=False):
+        """Add patches (k, 4) of vertices (n, 3); of a sheet their backs too. sides : which face air (2,)"""
+        k, front = len(patches), self.n_patches
+        self._append(vertices, patches, surface, vertex_surface, sides[0])
+        if not sheet:
+            self.twin.append(np.full(k, -1))
+            return
+        triangular = patches[:, 2] == patches[:, 3]
+        back = np.where(triangular[:, None], patches[:, [0, 2, 1, 1]], patches[:, [0, 3, 2, 1]])
+        self._append(vertices, back, surface, vertex_surface, sides[1])
+        self.twin += [front + k + np.arange(k), front + np.arange(k)]
+
+    def _append(self, vertices, patches, surface, vertex_surface, exposed):
         self.vertices.append(vertices)
         self.patches.append(patches + self.n_vertices)
         self.surface.append(surface)
         self.vertex_surface.append(np.full(len(vertices), vertex_surface))
-        self.twin.append(np.full(len(patches), -1) if twin is None else twin + self.n_patches)
+        self.exposed.append(np.full(len(patches), exposed))
         self.n_vertices += len(vertices)
         self.n_patches += len(patches)
 
     def add_rectangle(self, index: int, rectangle: Rectangle, outlines: Outlines, faces: Faces,
-                      mountings: list[Mounting]) -> None:
+                      mountings: list[Mounting], sides: np.ndarray) -> None:
         """Divide a rectangle along outlines: of the room and what is mounted on it, and of solids, unless so
         many cross it that their feet had better be cut out one by one."""
         edges, own = outlines.along(rectangle, self.touch)
@@ -158,13 +188,14 @@ class _Builder:
             o, e, f = cover.outline[0], *(cover.outline[k] - cover.outline[0] for k in (1, 3))
             s, t = (middles - o) @ e / (e @ e), (middles - o) @ f / (f @ f)
             surface[(s > 0) & (s < 1) & (t > 0) & (t < 1)] = cover.surface
-        self.add(vertices, patches, surface, index)
+        self.add(vertices, patches, surface, index, sides, self.two_sided[index])
 
     def on(self, index: int, corner, normal, mountings: list[Mounting]) -> list[Mounting]:
         """The luminaires mounted on a flat part of the room."""
         return [m for m in mountings if self.of_room[index] and m.on(corner, normal, self.touch)]
 
-    def add_polygon(self, index: int, polygon: Polygon, faces: Faces, mountings: list[Mounting]) -> None:
+    def add_polygon(self, index: int, polygon: Polygon, faces: Faces, mountings: list[Mounting],
+                    sides: np.ndarray) -> None:
         feet = [[m.outline] for m in self.on(index, polygon.origin, polygon.normal, mountings)]
         feet += faces.against(index, polygon, self.touch)
         gaps = [((corners - polygon.origin) @ polygon.normal).min()
@@ -172,12 +203,12 @@ class _Builder:
         long = np.clip(min(gaps, default=np.inf) * self.in_gap, self.patch_size / NARROWEST, self.patch_size)
         small = np.ptp(polygon.frame, axis=0).max() < long
         if small and not feet and len(polygon.triangles) <= MAX_TRIANGLES_KEPT:
-            self.add_triangles(index, polygon.triangles)
+            self.add_triangles(index, polygon.triangles, sides)
             return
         for part in without(polygon, feet, self.touch):
             points, triangles = triangulated(part, float(long))
             self.add(polygon.solid(points), np.column_stack([triangles, triangles[:, 2]]),
-                     np.full(len(triangles), index), index)
+                     np.full(len(triangles), index), index, sides, self.two_sided[index])
 
     def over_gaps(self, index: int, face: Rectangle | Polygon, faces: Faces) -> list[np.ndarray]:
         """Corners (k, 3) [m] of what faces a flat part over a narrow gap, a body on either side."""
@@ -250,35 +281,28 @@ class _Builder:
                          self.patch_size / NARROWEST))
         return graded(cells, sides, near) if near else cells
 
-    def add_triangles(self, index: int, triangles: np.ndarray) -> None:
+    def add_triangles(self, index: int, triangles: np.ndarray, sides: np.ndarray) -> None:
         if not len(triangles):
             return
         faces = np.arange(3 * len(triangles)).reshape(-1, 3)
         vertices, faces = trimesh.remesh.subdivide_to_size(
             triangles.reshape(-1, 3), faces, max_edge=2 * self.patch_size, max_iter=20)
         corners = vertices[faces]
-        sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        faces = faces[np.linalg.norm(sides, axis=1) > self.touch**2]
-        self.add(vertices, np.column_stack([faces, faces[:, 2]]), np.full(len(faces), index), index)
+        doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        faces = faces[np.linalg.norm(doubled, axis=1) > self.touch**2]
+        self.add(vertices, np.column_stack([faces, faces[:, 2]]), np.full(len(faces), index), index, sides,
+                 self.two_sided[index])
 
-    def add_face(self, index: int, luminaire: Luminaire) -> tuple[np.ndarray, np.ndarray]:
-        """Add a luminaire's front; returns its vertices and patches."""
+    def add_face(self, index: int, luminaire: Luminaire, sides=FRONT) -> None:
+        """Add a luminaire's front; and its back, of one that hangs free."""
         vertices, patches = luminaire.body.divided(self.patch_size)
-        self.add(vertices, patches, np.full(len(patches), index), index)
-        return vertices, patches
+        self.add(vertices, patches, np.full(len(patches), index), index, sides, all(sides))
 
-    def add_sheet(self, index: int, luminaire: Luminaire) -> None:
-        vertices, patches = self.add_face(index, luminaire)
-        triangular = patches[:, 2] == patches[:, 3]
-        back = np.where(triangular[:, None], patches[:, [0, 2, 1, 1]], patches[:, [0, 3, 2, 1]])
-        n = len(patches)
-        self.twin[-1] = np.arange(n) + self.n_patches
-        self.add(vertices, back, np.full(n, index), index, np.arange(n) - n)
-
-    def finish(self, faces: list[tuple[int, Rectangle | Polygon]], obstacles: np.ndarray,
-               blockers: np.ndarray, shell: np.ndarray) -> Mesh:
+    def finish(self, faces: Faces, obstacles: np.ndarray, blockers: np.ndarray, shell: np.ndarray,
+               solids: np.ndarray) -> Mesh:
         arrays = (np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
                                               self.vertex_surface, self.twin))
-        mesh = Mesh(*arrays, np.zeros(self.n_patches, dtype=bool), obstacles, blockers,
-                    shell)
-        return replace(mesh, covered=covered_by_contact(mesh, faces, self.touch))
+        covered = ~np.concatenate(self.exposed)
+        mesh = Mesh(*arrays, covered, obstacles, blockers, shell, solids)
+        covered, partly = covered_by_contact(mesh, faces, self.touch)
+        return replace(mesh, covered=covered, partly=partly)

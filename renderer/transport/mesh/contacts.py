@@ -16,6 +16,8 @@ AT_CONTACT = 0.5
 """Cells across the line of a contact are at most so many patch sizes long."""
 THIN = 0.25
 """A foot shorter than this many patch sizes is left to the rays: a chair's leg hides little light."""
+COVERED = 1e-5
+"""Share of a patch that is nothing: what rounding leaves of one that is covered, or covers of a free one."""
 BOXES = 16
 """Boxes that all cells are held against at once."""
 FEET_CORNERS = 2000
@@ -208,18 +210,17 @@ def quartered(cells: np.ndarray) -> np.ndarray:
         (a, s, c, t), (s, b, c, t), (s, b, t, d), (a, s, t, d))])
 
 
-def covered_by_contact(mesh: Mesh, faces: list[tuple[int, Face]], touch: float) -> np.ndarray:
-    """Which patches lie wholly in another surface's face (n_patches,): face to face with it, as a crate
-    and the floor, or a second time where an earlier surface already is.
-
-    faces : (surface, flat part) of the room and the bodies.
-    """
-    covered = np.zeros(len(mesh.patches), dtype=bool)
+def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarray, dict[int, object]]:
+    """Which patches are covered (n_patches,): buried, or wholly in another surface's face, be it face to face
+    with it, as a crate and the floor, or a second time where an earlier surface already is; and what is left
+    of those that others cover in part, as in `Mesh`."""
+    covered = mesh.covered.copy()
     middle = np.ascontiguousarray(mesh.corners.mean(axis=1).T - mesh.middle[:, None])
     shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
-    # Luminaires come after: their faces stand in a wall's.
-    last = max((index for index, _ in faces), default=-1)
-    for index, face in faces:
+    # Luminaires come after: their faces stand in a wall's. Sheets are cut where they are covered.
+    last = faces.surface.max(initial=-1)
+    feet: dict[int, list] = {}
+    for index, face in zip(faces.surface, faces.faces, strict=True):
         height = (_corner(face) - mesh.middle) @ face.normal
         near = np.flatnonzero(np.abs(face.normal @ middle - height) < touch)
         near = near[(mesh.surface[near] != index) & (mesh.twin[near] < 0) & ~covered[near]]
@@ -231,7 +232,44 @@ def covered_by_contact(mesh: Mesh, faces: list[tuple[int, Face]], touch: float) 
         if isinstance(face, Rectangle):
             s = offset @ face.u / (face.u @ face.u)
             t = offset @ face.v / (face.v @ face.v)
-            covered[asked] = ((s > 0) & (s < 1) & (t > 0) & (t < 1)).all(axis=1)
+            inside = ((s > 0) & (s < 1) & (t > 0) & (t < 1)).all(axis=1)
+            beside = ((s.max(axis=1) < 0) | (s.min(axis=1) > 1) | (t.max(axis=1) < 0) | (t.min(axis=1) > 1))
+            covered[asked] = inside
+            for patch in asked[~inside & ~beside]:
+                feet.setdefault(int(patch), []).append(face)
         elif len(asked):
-            covered[asked] = face.contains(shrunk[asked]).all(axis=1)
-    return covered
+            inside = face.contains(shrunk[asked]).all(axis=1)
+            covered[asked] = inside
+            for patch in asked[~inside]:
+                feet.setdefault(int(patch), []).append(face)
+    return covered, _left(mesh, covered, feet)
+
+
+def _left(mesh: Mesh, covered: np.ndarray, feet: dict[int, list[Face]]) -> dict[int, object]:
+    """What is left of patches beside faces that stand on them, in s and t; `covered` gains those of which
+    nothing is."""
+    import shapely
+
+    found = {}
+    for patch, faces in feet.items():
+        if covered[patch]:
+            continue
+        whole = shapely.Polygon([(0, 0), (1, 0), (0, 1)] if mesh.triangular[patch]
+                                else [(0, 0), (1, 0), (1, 1), (0, 1)])
+        rings = [[np.stack(mesh.inside(np.full(len(ring), patch), ring), axis=-1) for ring in _rings(face)]
+                 for face in faces]
+        left = whole.difference(shapely.union_all([shapely.Polygon(outer, holes).buffer(0)
+                                                   for outer, *holes in rings]))
+        if left.area < COVERED * whole.area:
+            covered[patch] = True
+        elif left.area < (1 - COVERED) * whole.area:
+            found[patch] = left
+    return found
+
+
+def turned(face: Face) -> Face:
+    """A face that looks the other way."""
+    if isinstance(face, Rectangle):
+        return Rectangle(face.corner, face.v, face.u)
+    rings = tuple(ring[::-1, ::-1] for ring in face.rings)
+    return Polygon(face.origin, face.axes[::-1], rings, face.triangles[:, ::-1])

@@ -1,6 +1,6 @@
 """Patches: flat pieces of the surfaces, each one unknown of the radiosity equation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import sparse
@@ -18,11 +18,13 @@ class Mesh:
         its last vertex
     surface : (n_patches,) index into Scene.surfaces
     vertex_surface : (n_vertices,) likewise
-    twin : (n_patches,) the patch on the other side of a sheet (a luminaire in mid-air), else -1
-    covered : (n_patches,) lies face to face on another surface, or again where one already is
+    twin : (n_patches,) the patch on the other side of a sheet (or a luminaire in mid-air), else -1
+    covered : (n_patches,) lies face to face on another surface, again where one already is, or buried
     obstacles : (m, 8, 3) corners of boxes around whatever stands in the room [m]
     blockers : (k, 3, 3) triangles of whatever can stand between two places in the room, undivided [m]
     shell : (k, 3, 3) the room's whole surface as triangles, normals inward [m]
+    solids : (k, 3, 3) the surfaces of all solids as triangles, normals outward [m]
+    partly : of patches that another surface covers in part, what is left in s and t, as shapely's
     """
 
     vertices: np.ndarray
@@ -34,6 +36,16 @@ class Mesh:
     obstacles: np.ndarray
     blockers: np.ndarray
     shell: np.ndarray
+    solids: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    partly: dict[int, object] = field(default_factory=dict)
+
+    @cached_property
+    def exposed_share(self) -> np.ndarray:
+        """Share of each patch that nothing covers (n_patches,)."""
+        share = 1.0 - self.covered
+        for patch, left in self.partly.items():
+            share[patch] = left.area / (0.5 if self.triangular[patch] else 1.0)
+        return share
 
     @cached_property
     def bounds(self) -> np.ndarray:
@@ -142,6 +154,13 @@ class Mesh:
         s, t = square[..., 0], square[..., 1]
         fold = self.triangular[patch] & (s + t > 1)
         return np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)
+
+    def hidden_at(self, patch: int, square: np.ndarray) -> np.ndarray:
+        """Whether another surface covers points of a patch, from points of the unit square (k, 2), (k,)."""
+        import shapely
+
+        s, t = self._folded(np.array([patch]), square)
+        return ~shapely.contains_xy(self.partly[patch], s, t)
 
     def inside(self, patch: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The (s, t) of points on the patches' planes."""

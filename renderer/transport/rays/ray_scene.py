@@ -15,11 +15,6 @@ from renderer.scene.scene import STAND_OFF
 from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.mesh.mesh import Mesh
 
-PROBE_POINTS, PROBE_RAYS = 5, 9
-"""Points on a patch beside its corners, and rays from each, that tell whether it is covered up."""
-COVERED_BY_COVERED = 4
-"""How many crates may stand on each other with all their contacts recognised."""
-
 NOTHING, INSIDE = -1, -2
 """What a ray met when it met no patch: nothing at all, or the back of a surface (it started
 inside a solid or outside the room)."""
@@ -44,66 +39,20 @@ class RayScene:
         self._spans = np.array([each.T for each in (*lengths, mesh.normal)], dtype=np.float32)
         self.exposed = ~self.mesh.covered
         self._build()
-        for _ in range(COVERED_BY_COVERED):
-            covered = self._covered()
-            if not covered.any():
-                break
-            self.exposed[covered] = False
-            self._build()
-
-    def _covered(self) -> np.ndarray:
-        """Exposed patches of which every probed point is inside a solid or outside the room."""
-        patch = np.flatnonzero(self.exposed)
-        # Most patches are told by their middle alone.
-        patch = patch[self._all_inside(patch, self.mesh.centroid[patch][:, None])]
-        # The corners, a little inward, and some places between: a convex foot that covers the
-        # corners covers all.
-        middle = self.mesh.centroid[patch][:, None]
-        corners = self.mesh.corners[patch] + 1e-3 * (middle - self.mesh.corners[patch])
-        square = np.random.default_rng(0).random((len(patch), PROBE_POINTS, 2))
-        points = np.concatenate([corners, self.mesh.spread(patch, square)], axis=1)
-        covered = np.zeros(len(self.exposed), dtype=bool)
-        covered[patch] = self._all_inside(patch, points)
-        return covered
-
-    def _all_inside(self, patch: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Whether all of the points (k, n, 3) on each patch are inside a solid or outside the room (k,)."""
-        normals = np.repeat(self.mesh.normal[patch], points.shape[1], axis=0)
-        inside = self.inside_solid(self.off(points.reshape(-1, 3), normals), normals)
-        return inside.reshape(points.shape[:2]).all(axis=1)
-
-    def inside_solid(self, origins: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Whether points off their surface are inside a solid or outside the room (k,).
-
-        From there most rays meet the back of a surface, or nothing; not all do, since a covered part
-        of the floor and of the wall behind one cupboard may face each other.
-        """
-        inside = np.empty(len(origins), dtype=bool)
-
-        def work(start: int, stop: int) -> None:
-            part = slice(start, stop)
-            # Into the half space before the surface, all angles alike.
-            ball = np.random.default_rng(start).normal(size=(len(origins[part]), PROBE_RAYS, 3))
-            directions = ball / np.linalg.norm(ball, axis=-1, keepdims=True)
-            directions += 1.01 * normals[part, None]
-            met = self.first_hit(np.repeat(origins[part], PROBE_RAYS, axis=0),
-                                 directions.reshape(-1, 3))
-            inside[part] = (met.reshape(-1, PROBE_RAYS) < 0).mean(axis=1) > 0.5
-
-        in_threads(work, len(origins), CHUNK // PROBE_RAYS)
-        return inside
 
     def _build(self) -> None:
         mesh = self.mesh
-        front = np.flatnonzero(
-            self.exposed & ((mesh.twin < 0) | (np.arange(len(mesh.twin)) < mesh.twin)))
+        paired = mesh.twin >= 0
+        either = self.exposed | (paired & self.exposed[mesh.twin])
+        front = np.flatnonzero(either & (~paired | (np.arange(len(paired)) < mesh.twin)))
         corners = self._cast(mesh.vertices)[mesh.patches[front]]
         quads = np.flatnonzero(~mesh.triangular[front])
         triangles = np.concatenate([corners[:, :3], corners[quads][:, [0, 2, 3]]])
         patch = np.concatenate([front, front[quads]])
         twin = mesh.twin[patch]
         self._normal = mesh.normal[patch].astype(np.float32)
-        self._of_face = np.concatenate([patch, np.where(twin >= 0, twin, INSIDE)])  # fronts, then backs
+        backs = np.where((twin >= 0) & self.exposed[twin], twin, INSIDE)
+        self._of_face = np.concatenate([np.where(self.exposed[patch], patch, INSIDE), backs])
         self._patches = _embree(triangles)
 
     def _cast(self, points: np.ndarray) -> np.ndarray:

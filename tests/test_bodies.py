@@ -1,0 +1,159 @@
+"""Solids that overlap, and sheets: what of them faces air, and the light about them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+import renderer
+from renderer.colour.materials import Material
+from renderer.scene.scene import Body
+from renderer.transport.mesh.build import build_mesh
+
+ROOM = """
+[room]
+size = [4, 4, 3]
+floor = "g"
+walls = "g"
+ceiling = "g"
+[materials.g]
+reflectance = 0.5
+[[luminaires]]
+shape = "point"
+center = [0.5, 0.5, 2.7]
+flux = 10000
+"""
+METERS = """
+[[photometers]]
+name = "wall"
+position = [0, 3.5, 1]
+normal = [1, 0, 0]
+[[photometers]]
+name = "ceiling"
+position = [3, 3, 3]
+normal = [0, 0, -1]
+"""
+
+
+def box(position, size):
+    return (f'[[objects]]\nname = "{position}"\nshape = "box"\nposition = {list(position)}\n'
+            f'size = {list(size)}\nmaterial = "g"\n')
+
+
+def quad(*corners):
+    return trimesh.Trimesh(np.array(corners, dtype=float), [[0, 1, 2], [0, 2, 3]], process=False)
+
+
+@pytest.fixture
+def scene(tmp_path):
+    def make(*objects, sheets=(), rho=0.5, meters=METERS):
+        path = tmp_path / "scene.toml"
+        path.write_text(ROOM + "".join(objects) + meters)
+        scene = renderer.load(path)
+        bodies = [Body(f"sheet {k}", mesh, False) for k, mesh in enumerate(sheets)]
+        materials = [Material(body.name, flat=rho) for body in bodies]
+        return replace(scene, bodies=scene.bodies + bodies, materials=scene.materials + materials)
+    return make
+
+
+def exposed_areas(scene, patch_size=0.4):
+    """Exposed area of each surface [m²]; of a sheet that of both sides."""
+    mesh = build_mesh(scene, scene.luminaires, patch_size)
+    return dict(zip(scene.surface_names, np.bincount(
+        mesh.surface, mesh.area * mesh.exposed_share, len(scene.surfaces)), strict=False))
+
+
+def read(scene, accuracy=0.05):
+    solution = renderer.solve(scene, bands="rgb", accuracy=accuracy)
+    assert solution.energy_balance_error < 1e-6
+    return solution.photometers()
+
+
+def agree(one, other):
+    for a, b in zip(one, other, strict=True):
+        assert abs(a.total_lx - b.total_lx) < np.hypot(a.uncertainty, b.uncertainty), (a, b)
+
+
+@pytest.mark.parametrize(("overlapping", "touching"), [
+    # Faces of two boxes buried in a third look at each other across it.
+    ([((1, 1, .5), (2, 2, 1)), ((1.5, 1.5, 0), (1, 1, .8)), ((1.5, 1.5, 1.2), (1, 1, 1.3))],
+     [((1, 1, .5), (2, 2, 1)), ((1.5, 1.5, 0), (1, 1, .5)), ((1.5, 1.5, 1.5), (1, 1, 1))]),
+    ([((1, 1, 0), (2, 2, 2)), ((1.05, 1.05, .3), (1.9, 1.9, 1.9))],
+     [((1, 1, 0), (2, 2, 2)), ((1.05, 1.05, 2), (1.9, 1.9, .2))]),
+    # A slab on legs that end within it, and through the floor.
+    ([((1, 1, .7), (2, 1.5, .04)), ((1.1, 1.1, -.1), (.1, .1, .81)), ((2.8, 2.3, -.1), (.1, .1, .81))],
+     [((1, 1, .7), (2, 1.5, .04)), ((1.1, 1.1, 0), (.1, .1, .7)), ((2.8, 2.3, 0), (.1, .1, .7))]),
+    # A block through a wall and the ceiling.
+    ([((3, 1, 2), (3, 1, 2))], [((3, 1, 2), (1, 1, 1))]),
+])
+def test_exposed_areas_of_overlapping_boxes_are_those_of_touching_ones(scene, overlapping, touching):
+    one, other = (sum(exposed_areas(scene(*(box(*b) for b in boxes))).values())
+                  for boxes in (overlapping, touching))
+    assert one == pytest.approx(other, rel=1e-6)
+
+
+def test_faces_buried_in_a_third_solid_exchange_no_light(scene):
+    overlapping = scene(box((1, 1, .5), (2, 2, 1)), box((1.5, 1.5, 0), (1, 1, .8)),
+                        box((1.5, 1.5, 1.2), (1, 1, 1.3)))
+    touching = scene(box((1, 1, .5), (2, 2, 1)), box((1.5, 1.5, 0), (1, 1, .5)),
+                     box((1.5, 1.5, 1.5), (1, 1, 1)))
+    agree(read(overlapping), read(touching))
+
+
+def test_a_sphere_sunk_in_the_floor_ends_at_the_floor(scene):
+    ball = '[[objects]]\nname = "ball"\nshape = "sphere"\nposition = [1, 1, -0.5]\nsize = [1, 1, 1]\n'
+    ball += 'material = "g"\n'
+    areas = exposed_areas(scene(ball))
+    mesh = scene(ball).bodies[0].mesh
+    above = mesh.slice_plane([0, 0, 0], [0, 0, 1])
+    assert areas["ball"] == pytest.approx(above.area, rel=1e-6)
+    section = mesh.section([0, 0, 1], [0, 0, 0]).to_2D()[0].area
+    assert areas["floor"] == pytest.approx(16 - section, rel=1e-6)
+
+
+def test_a_sheet_has_two_sides_and_its_light_is_that_of_a_thin_box(scene):
+    sheet = scene(sheets=[quad((1, 2, 0), (3, 2, 0), (3, 2, 2), (1, 2, 2))])
+    areas = exposed_areas(sheet)
+    assert areas["sheet 0"] == pytest.approx(8, rel=1e-12)
+    mesh = build_mesh(sheet, sheet.luminaires, 0.4)
+    own = np.flatnonzero(mesh.surface == 6)
+    assert (mesh.twin[mesh.twin[own]] == own).all()
+    assert np.abs(mesh.normal[own] + mesh.normal[mesh.twin[own]]).max() < 1e-12
+    agree(read(sheet), read(scene(box((1, 2, 0), (2, 1e-3, 2)))))
+
+
+def test_a_sheet_from_wall_to_wall_lets_no_light_through(scene):
+    below = '[[photometers]]\nposition = [2, 2, 0]\n'
+    below += '[[photometers]]\nposition = [2, 2, 1]\nnormal = [0, 0, -1]\n'
+    dark = read(scene(sheets=[quad((0, 0, 1), (4, 0, 1), (4, 4, 1), (0, 4, 1))], meters=below))
+    # From below, the meter on the sheet sees the dark half.
+    for reading in dark:
+        assert abs(reading.total_lx) < 1e-3  # single precision of 100 lx
+        assert reading.uncertainty < 1
+
+
+def test_a_sheet_on_a_wall_counts_once_and_covers_it(scene):
+    picture = [(0, 1, 1), (0, 2, 1), (0, 2, 2), (0, 1, 2)]
+    one = exposed_areas(scene(sheets=[quad(*picture)]))
+    twice = exposed_areas(scene(sheets=[quad(*picture), quad(*picture[::-1])]))
+    assert one["wall_x0"] == pytest.approx(11, rel=1e-9)
+    assert one["sheet 0"] == pytest.approx(1, rel=1e-9)
+    assert twice["sheet 0"] == pytest.approx(1, rel=1e-9)
+    assert twice["sheet 1"] == 0
+    assert twice["wall_x0"] == pytest.approx(11, rel=1e-9)
+
+
+def test_sheets_that_cross_a_solid_end_at_it(scene):
+    through = quad((0.5, 1.5, 0.5), (3, 1.5, 0.5), (3, 1.5, 0.8), (0.5, 1.5, 0.8))
+    areas = exposed_areas(scene(box((1, 1, 0), (1, 1, 1)), sheets=[through]))
+    assert areas["sheet 0"] == pytest.approx(2 * 1.5 * 0.3, rel=1e-6)
+
+
+def test_meters_on_a_sheet_read_the_side_they_face(scene):
+    meters = '\n'.join(f'[[photometers]]\nposition = [2, 2, 1]\nnormal = [0, {y}, 0]' for y in (-1, 1))
+    screen = quad((0.5, 2, 0.5), (3.5, 2, 0.5), (3.5, 2, 2.5), (0.5, 2, 2.5))
+    lit, shaded = read(scene(sheets=[screen], rho=0.9, meters=meters))
+    distance = np.linalg.norm([1.5, 1.5, 1.7])
+    assert lit.direct_lx == pytest.approx(10000 / (4 * np.pi) * 1.5 / distance**3, rel=1e-6)
+    assert shaded.direct_lx == 0
