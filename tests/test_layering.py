@@ -11,7 +11,8 @@ PACKAGE = Path(__file__).parent.parent / "renderer"
 ORDER = ["errors", "system", "colour", "radiometry", "scene", "transport.mesh", "transport.rays",
          "transport.factors", "transport.direct", "transport.radiosity", "transport.transport",
          "transport.sensors", "readings",
-         "solving.plan", "solving.transport_store", "solving.radiosity_field", "solving.mesh_sequence",
+         "solving.plan", "solving.transport_store", "solving.radiosity_field", "solving.gathered",
+         "solving.mesh_sequence",
          "solving.solution", "solving.measure", "solving.refine", "solving.pilot_solve", "solving.forecast",
          "records", "pictures", "studies", "cli.terminal", "cli.options", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
@@ -60,7 +61,7 @@ def test_single_precision_is_where_it_was_measured_harmless():
     # solution; a file format's.
     known = {"transport.rays.ray_scene", "transport.rays.sampling", "transport.factors.contour",
              "transport.mesh.edge_lines", "transport.factors.exchange", "transport.radiosity.solve",
-             "pictures.exr", "scene.model_files.ply"}
+             "readings.final_gather", "pictures.exr", "scene.model_files.ply"}
     assert known == {module(path) for path in FILES if "float32" in path.read_text()}
 
 

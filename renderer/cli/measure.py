@@ -57,9 +57,10 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
         areas = [read_grid(solution, grid) for grid in grids]
         return (readings, areas), [*(r.figure for r in readings), *(f for a in areas for f in a.figures)]
 
+    meters = len(spots) + sum(len(grid.points) for grid in grids)
     with progress_shown(output.quiet) as progress:
         solution, (readings, areas), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
-                                                           solving.seed, solving.store(), progress)
+                                                           solving.seed, solving.store(), progress, meters)
         asked = solving.accuracy or loaded.solver.accuracy
         files = [file for area in areas for file in save_grid(loaded, solution.bands.name, area, out)]
         record = solution_record(solution, readings, asked, time.perf_counter() - started, areas)
@@ -193,7 +194,7 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
 
     with progress_shown(output.quiet) as progress:
         solution, found, figures = solve_until(loaded, read, solving.bands, solving.accuracy, solving.seed,
-                                               solving.store(), progress)
+                                               solving.store(), progress, len(eyes))
         asked = solving.accuracy or loaded.solver.accuracy
     record = {**of_run(solution, asked, time.perf_counter() - started),
               "observers": [glare_record(glare) for glare in found]}

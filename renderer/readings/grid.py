@@ -6,10 +6,10 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.readings.finding import rgb_error_percent
-from renderer.readings.photometer import place
+from renderer.readings.photometer import stand
 from renderer.readings.uncertainty import Figure, half_widths
 from renderer.scene.grids import Grid
-from renderer.scene.room import nearest
+from renderer.scene.room import INSIDE_TOLERANCE, nearest, outside
 from renderer.transport.transport import Transport
 
 UPRIGHT = 0.5
@@ -80,12 +80,15 @@ def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
     walls = transport.room.shell
     normals = np.cross(walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0])
     flat = np.abs(normals @ grid.normal) > UPRIGHT * np.linalg.norm(normals, axis=1)
-    for k, point in enumerate(points):
+    read &= ~outside(points, transport.room.shell, INSIDE_TOLERANCE * transport.room.scale)
+    for k in np.flatnonzero(read):
+        point = points[k]
         if grid.border and not flat.all() and nearest(point, walls[~flat])[0] < grid.border * (1 - 1e-9):
             read[k] = False
             continue
         try:
-            place(transport, point, grid.normal, where)
+            spot = stand(transport, point, grid.normal, where)
+            transport.placed[point.tobytes(), grid.normal.tobytes()] = spot
         except InputError:
             read[k] = False
     if not read.any():

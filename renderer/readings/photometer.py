@@ -57,7 +57,15 @@ def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where:
 
     A meter on a floor stands on it; in a corner it touches three surfaces and leaves all three.
     """
-    refuse_outside(transport, position, where)
+    key = (position.tobytes(), normal.tobytes())
+    if key not in transport.placed:
+        refuse_outside(transport, position, where)
+        transport.placed[key] = stand(transport, position, normal, where)
+    return transport.placed[key]
+
+
+def stand(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> Spot:
+    """As `place`, of a point that is in the room."""
     spot = off_surfaces(transport, position, normal)
     if (spot.touched @ normal < -1 + 1e-9).any():
         raise InputError(f"{where} faces the surface it lies on (normal {_short(normal)}) and sees "

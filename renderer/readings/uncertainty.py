@@ -1,14 +1,11 @@
 """How far a reading may be from the truth: mesh and sampling."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.special import stdtrit
 
-from renderer.transport.rays.sampling import REPLICAS
-
-STUDENT = float(stdtrit(REPLICAS - 1, 0.975))
-"""Two-sided 95 % point of Student's t for so many independent samples."""
 ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
 
@@ -40,9 +37,15 @@ def band_error(these: float, narrow: float) -> float:
     return abs(these - narrow) if abs(these - narrow) > SOLVED * abs(narrow) else 0.0
 
 
+@cache
+def student(samples: int) -> float:
+    """Two-sided 95 % point of Student's t for so many independent samples."""
+    return float(stdtrit(samples - 1, 0.975))
+
+
 def half_width(samples: np.ndarray) -> float:
-    """95 % half-width of the mean of REPLICAS independent samples (k,)."""
-    return STUDENT * float(samples.std(ddof=1)) / len(samples) ** 0.5
+    """95 % half-width of the mean of independent samples (k,)."""
+    return student(len(samples)) * float(samples.std(ddof=1)) / len(samples) ** 0.5
 
 
 def half_widths(meshes: np.ndarray, samples: np.ndarray, steps: tuple[float, ...],

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from renderer.colour.lamps import correlated, illuminant
 from renderer.colour.spectrum import Spectrum, read_lamp
 from renderer.errors import InputError
@@ -9,7 +11,7 @@ from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.luminaires.make import make_luminaires
 from renderer.scene.photometric.files import read_photometry
 from renderer.scene.photometric.record import Photometry
-from renderer.scene.room import Room, refuse_outside
+from renderer.scene.room import INSIDE_TOLERANCE, Room, outside, refuse_outside
 from renderer.scene.schema import LuminaireTable
 
 
@@ -30,9 +32,10 @@ def resolve_luminaires(tables: list[LuminaireTable], room: Room,
         except ValueError as error:
             raise InputError(f"{where}: {error}.") from None
         faults += _tilted(table, read.get(table.file), made[0])
-        for luminaire in made:
-            for point in luminaire.extremes:
-                refuse_outside(room, point, f"{where} {luminaire.name!r} reaches", "Move or shrink it")
+        extremes = np.concatenate([luminaire.extremes for luminaire in made])
+        names = [luminaire.name for luminaire in made for _ in luminaire.extremes]
+        for k in np.flatnonzero(outside(extremes, room.shell, INSIDE_TOLERANCE * room.scale))[:1]:
+            refuse_outside(room, extremes[k], f"{where} {names[k]!r} reaches", "Move or shrink it")
         luminaires += made
         lamps += [_lamp(table, path, where)] * len(made)
     return luminaires, lamps, faults

@@ -7,6 +7,7 @@ import numpy as np
 from renderer.readings.glare import Glare, rate
 from renderer.readings.grid import GridReading, readable, summarise
 from renderer.readings.luminance import luminance_meter
+from renderer.readings.photometer import place
 from renderer.readings.uncertainty import Figure, band_error, half_widths
 from renderer.scene.grids import Grid
 from renderer.solving.mesh_sequence import meter_per_transport
@@ -21,6 +22,8 @@ def read_grid(solution: Solution, grid: Grid) -> GridReading:
 def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
     """Read a meter at some points of a grid: `read` (n,) tells at which, one or more."""
     where, points = _where(solution, grid), grid.points[read]
+    if solution.by_paths(len(points)):
+        return _by_paths(solution, grid, read)
     mesh_sequence = solution.mesh_sequence
 
     def at(k: int) -> list[np.ndarray]:
@@ -37,6 +40,16 @@ def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading
         grid, read, own, meshes, samples, mesh_sequence.steps, solution.quadrature, band_error(*means)
     )
     return replace(found, rgb=meshes[0].sum(axis=1)) if solution.bands.name == "31" else found
+
+
+def _by_paths(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
+    where, points = _where(solution, grid), grid.points[read]
+    spots = [place(solution.transport, point, grid.normal, where) for point in points]
+    batch = solution.batch(spots, areas=True)
+    own = np.stack([batch.direct @ solution.bands.luminous, batch.indirect @ solution.bands.luminous], axis=1)
+    apart = band_error(float(batch.these.mean()), float(batch.narrow.mean()))
+    found = summarise(grid, read, own, batch.meshes, batch.samples, batch.steps, solution.quadrature, apart)
+    return replace(found, rgb=batch.meshes[0].sum(axis=1)) if solution.bands.name == "31" else found
 
 
 def _where(solution: Solution, grid: Grid) -> str:

@@ -25,6 +25,13 @@ FEWEST_RAYS, MOST_RAYS = 256, 8192
 PROMISE, PROMISE_WITH_RAYS = 0.001, 0.002
 """What memory allows at a point 1 cm from a corner at ρ = 0.9, and under a table: the hardest places
 tried (docs/tradeoff.md); most readings are several times better."""
+FINEST_GATHER = 0.0015
+"""Accuracy from which meters are read by paths; finer ones by all elements that they see, one by one."""
+FEW_METERS = 8
+"""Meters of a room with nothing in the way that are read by elements whatever the accuracy."""
+GATHERED_TIMES, LOOSEST_MESH = 15.0, 0.2
+"""A mesh that counts only after a reflection may be so many times less accurate; at most."""
+BY_PATHS = "meters are read by paths: a coarse mesh, since solved light counts only once it is reflected"
 MIN_PATCH_SIZE_CHANGE = 1.2
 """Patches shorter by less are not worth another solve."""
 MAX_RAYS = 80_000_000
@@ -44,12 +51,20 @@ class Plan:
     rays : rays per patch; 0 where nothing can stand between two patches
     reasons : what is modelled and what is left out, in sentences
     across : whether rays may go between doubtful pairs alone, where those need no more
+    accuracy : of readings [1], what it was made for
+    gathered : whether the mesh serves readings by paths alone, to which it matters only after a reflection
     """
 
     patch_size: float
     rays: int
     reasons: tuple[str, ...]
     across: bool = True
+    accuracy: float = 0.01
+    gathered: bool = False
+
+    def by_paths(self, meters: int) -> bool:
+        """Whether so many meters are read by paths."""
+        return self.accuracy >= FINEST_GATHER and (self.rays > 0 or meters > FEW_METERS)
 
     def times(self, factor: float) -> "Plan":
         """The same with patches so many times as long: how far the answer moves tells the mesh error.
@@ -82,6 +97,15 @@ class Plan:
         return PROMISE_WITH_RAYS if self.rays else PROMISE
 
 
+def make_reading_plan(scene: Scene, accuracy: float, patch_size: float | None, meters: int) -> Plan:
+    """The cheapest way to read so many meters to the accuracy asked, and nothing else. Raises InputError."""
+    loose = make_plan(scene, max(accuracy, min(GATHERED_TIMES * accuracy, LOOSEST_MESH)), patch_size)
+    loose = replace(loose, accuracy=accuracy)
+    if not loose.by_paths(meters) or not any(lum.lumens for lum in scene.luminaires):
+        return make_plan(scene, accuracy, patch_size)
+    return replace(loose, across=False, gathered=True, reasons=(*loose.reasons, BY_PATHS))
+
+
 def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
     """The cheapest way to the accuracy asked, or with the patch size asked. Raises InputError."""
     area = scene.room.area + sum(body.mesh.area for body in scene.bodies)
@@ -108,7 +132,7 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
     if len(free) < len(scene.faces):
         reasons.append("luminaires mounted on a surface cover it; the light in a gap below "
                        f"{MOUNTED:.1%} of their size is left out")
-    return Plan(h, rays, tuple(reasons))
+    return Plan(h, rays, tuple(reasons), accuracy=accuracy)
 
 
 def _rays(patches: float, accuracy: float) -> int:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from renderer.readings.reading import Reading
 from renderer.readings.uncertainty import Figure
 from renderer.scene.scene import Scene
-from renderer.solving.plan import Plan
+from renderer.solving.plan import Plan, make_reading_plan
 from renderer.solving.solution import Solution, solve
 from renderer.solving.transport_store import Progress, TransportStore
 
@@ -15,11 +15,13 @@ MAX_REFINEMENTS = 2
 
 def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | None = None,
                    seed: int | None = None, store: TransportStore | None = None,
-                   progress: Progress = lambda step: None, spots=None) -> tuple[Solution, list[Reading]]:
+                   progress: Progress = lambda step: None, spots=None,
+                   pictures: bool = False) -> tuple[Solution, list[Reading]]:
     """Solve a scene until its photometers read with the accuracy asked, or as finely as memory allows.
 
-    spots : (position, normal, name) of each reading; else the scene's photometers. The rest is as for
-    `solve`; where the scene gives a patch size, that is kept. Raises InputError or SolveError.
+    spots : (position, normal, name) of each reading; else the scene's photometers; pictures : whether the
+    solution also draws the room. The rest is as for `solve`; where the scene gives a patch size, that is
+    kept. Raises InputError or SolveError.
     """
     if spots is None:
         spots = [(p.position, p.normal, p.name) for p in scene.photometers]
@@ -28,20 +30,23 @@ def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | Non
         readings = solution.read_at(spots)
         return readings, [reading.figure for reading in readings]
 
-    return solve_until(scene, read, bands, accuracy, seed, store, progress)[:2]
+    meters = None if pictures else len(spots)
+    return solve_until(scene, read, bands, accuracy, seed, store, progress, meters)[:2]
 
 
 def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figure]]],
                 bands: str | None = None, accuracy: float | None = None, seed: int | None = None,
-                store: TransportStore | None = None,
-                progress: Progress = lambda step: None) -> tuple[Solution, object, list[Figure]]:
+                store: TransportStore | None = None, progress: Progress = lambda step: None,
+                meters: int | None = None) -> tuple[Solution, object, list[Figure]]:
     """Solve a scene until what is read off it has the accuracy asked, or as finely as memory allows.
 
-    read : takes a Solution; returns what is wanted and the figures that must be accurate. The rest is as
-    for `solve_and_read`. Returns the last solution, and what `read` said of it.
+    read : takes a Solution; returns what is wanted and the figures that must be accurate; meters : how many
+    it reads, where it does nothing else. The rest is as for `solve_and_read`. Returns the last solution, and
+    what `read` said of it.
     """
     store, asked = store or TransportStore(), accuracy or scene.solver.accuracy
-    solution = solve(scene, bands, accuracy, seed, store, progress)
+    plan = None if meters is None else make_reading_plan(scene, asked, scene.solver.patch_size, meters)
+    solution = solve(scene, bands, accuracy, seed, store, progress, plan)
     for left in reversed(range(MAX_REFINEMENTS + 1)):
         progress(f"{scene.title}: readings")
         wanted, figures = read(solution)

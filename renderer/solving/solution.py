@@ -8,11 +8,12 @@ import numpy as np
 from renderer.colour.bands import BandSet, narrow_bands
 from renderer.colour.lamps import spectral_flux
 from renderer.readings.luminance import luminance_meter
-from renderer.readings.photometer import Meter, make_meter
+from renderer.readings.photometer import Meter, Spot, make_meter, place
 from renderer.readings.reading import Reading
 from renderer.readings.spectrum import reconstructed
 from renderer.readings.uncertainty import band_error, half_widths
 from renderer.scene.scene import Scene
+from renderer.solving.gathered import BatchReading, GatherFields, gather_fields, read_batch
 from renderer.solving.mesh_sequence import MeshSequence, make_mesh_sequence, meter_per_transport
 from renderer.solving.plan import Plan, make_plan
 from renderer.solving.radiosity_field import RadiosityField, solve_field
@@ -41,6 +42,11 @@ class Solution(RadiosityField):
 
     def photometer(self, position, normal, name: str = "photometer") -> Reading:
         """Read a meter at a point (3,) [m] that faces along normal (3,). Raises InputError."""
+        if self.by_paths(1):
+            return self.read_at([(position, normal, name)])[0]
+        return self._by_elements(position, normal, name)
+
+    def _by_elements(self, position, normal, name: str) -> Reading:
         where = f"{self.scene.path}: photometer {name!r}"
         position, normal = np.asarray(position, dtype=float), np.asarray(normal, dtype=float)
         facing = normal / np.linalg.norm(normal)
@@ -48,7 +54,7 @@ class Solution(RadiosityField):
         meter = at(self)
         direct, indirect = self.read(meter)
         return Reading(name, position, normal, direct, indirect.sum(axis=0),
-                       self._power(meter, indirect.sum(axis=0)), self.bands,
+                       self._power(meter.direct.mean(axis=0), indirect.sum(axis=0)), self.bands,
                        *self._errors(at), self._rgb_lx(at))
 
     def _rgb_lx(self, at: Callable[[RadiosityField], Meter]) -> float | None:
@@ -65,15 +71,16 @@ class Solution(RadiosityField):
         return meter_per_transport(lambda transport: own if transport is self.transport else make_meter(
             transport, position, normal, where, own))
 
-    def _power(self, meter: Meter, indirect: np.ndarray) -> np.ndarray | None:
-        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹]: straight from each lamp exactly, by way of the
-        surfaces as the bands say (n_bands,); None where these know no spectrum."""
+    def _power(self, straight: np.ndarray, indirect: np.ndarray) -> np.ndarray | None:
+        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹]: straight from each lamp (n_luminaires,) per
+        lumen exactly, by way of the surfaces as the bands say (n_bands,); None where these know no
+        spectrum."""
         if not self.bands.knows_spectrum:
             return None
         lamps = np.array([spectral_flux(lamp, lum.lumens) for lum, lamp in
                           zip(self.scene.luminaires, self.scene.lamps, strict=True)]).reshape(-1, 471)
         reflected = reconstructed(indirect, self.flux.sum(axis=0), lamps.sum(axis=0), self.bands)
-        return meter.direct.mean(axis=0) @ lamps + reflected
+        return straight @ lamps + reflected
 
     def photometers(self) -> list[Reading]:
         """Read the scene's own photometers."""
@@ -83,8 +90,37 @@ class Solution(RadiosityField):
         """Read a meter at each (position, normal, name), on every core. Raises InputError."""
         if not spots:
             return []
+        if self.by_paths(len(spots)):
+            return self._by_paths(spots)
         self.make_ready()
-        return self.parallel_map(lambda k: self.photometer(*spots[k]), len(spots))
+        return self.parallel_map(lambda k: self._by_elements(*spots[k]), len(spots))
+
+    def _by_paths(self, spots: list[tuple]) -> list[Reading]:
+        spots = [(np.asarray(at, dtype=float), np.asarray(normal, dtype=float), name)
+                 for at, normal, name in spots]
+        batch = self.batch([place(self.transport, at, normal / np.linalg.norm(normal),
+                                  f"{self.scene.path}: photometer {name!r}") for at, normal, name in spots])
+        errors, bands = batch.errors(self.quadrature).tolist(), batch.band_errors()
+        readings = []
+        rgb = batch.meshes[0].sum(axis=1).tolist() if self.bands.name == "31" else [None] * len(spots)
+        for k, (position, normal, name) in enumerate(spots):
+            power = self._power(batch.straight[k], batch.indirect[k])
+            readings.append(Reading(name, position, normal, batch.direct[k], batch.indirect[k], power,
+                                    self.bands, *errors[k], bands[k], rgb[k]))
+        return readings
+
+    def by_paths(self, meters: int) -> bool:
+        """Whether so many meters are read by paths."""
+        return self.plan.by_paths(meters) and any(lum.lumens for lum in self.scene.luminaires)
+
+    def batch(self, spots: list[Spot], areas: bool = False) -> BatchReading:
+        """Read meters together, by paths. areas : as in `read_batch`"""
+        return read_batch(self, self.gather_fields, spots, self.plan.accuracy, self.quadrature, areas)
+
+    @cached_property
+    def gather_fields(self) -> GatherFields:
+        """What the ends of paths bring, and what tells their errors."""
+        return gather_fields(self)
 
     def parallel_map(self, read: Callable[[int], object], n: int) -> list:
         """Return read(0) … read(n − 1), which read meters of this room, on every core."""

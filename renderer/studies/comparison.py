@@ -59,7 +59,7 @@ def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, sto
     for scene, stem in zip(scenes, _stems(scenes), strict=True):
         asked = accuracy or scene.solver.accuracy
         started = time.perf_counter()
-        spectral, readings = solve_and_read(scene, "31", accuracy, seed, store, progress)
+        spectral, readings = solve_and_read(scene, "31", accuracy, seed, store, progress, pictures=True)
         solved = {"31": (spectral, readings, solution_record(spectral, readings, asked,
                                                              time.perf_counter() - started))}
         for bands in beside:

@@ -25,7 +25,7 @@ def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, s
     for scene in scenes:
         asked = accuracy or scene.solver.accuracy
         started = time.perf_counter()
-        spectral, readings = solve_and_read(scene, "31", accuracy, seed, shared, progress)
+        spectral, readings = solve_and_read(scene, "31", accuracy, seed, shared, progress, pictures=True)
         record = solution_record(spectral, readings, asked, time.perf_counter() - started)
         started = time.perf_counter()
         rgb = solve_on(scene, scene.band_set("rgb"), spectral.plan, shared, spectral.transport)

@@ -18,6 +18,7 @@ from renderer.scene.scene import Scene
 from renderer.system.cache import Arrays
 from renderer.system.lazy import cached_property
 from renderer.transport.direct.direct import direct_on_patches
+from renderer.transport.direct.lamp_samples import sampled_direct
 from renderer.transport.factors.contour import point_factors
 from renderer.transport.factors.exchange import Exchange, from_arrays
 from renderer.transport.factors.hemisphere_rays import (
@@ -65,7 +66,8 @@ class Transport:
     remember : called with a name and what makes its arrays; returns those, made or kept
     elsewhere : casts the rays of a large mesh on other machines; None for here
     across : whether rays may go between doubtful pairs alone, where those need no more
-    meters : placed in it so far, by place, for the next room of this shape
+    sampled : whether direct light on patches is drawn, as readings do that gather it anew on what they see
+    meters : placed in it so far, by place, for the next room of this shape; placed : where those stand
     """
 
     room: Room
@@ -79,8 +81,10 @@ class Transport:
     remember: Callable[[str, Callable[[], Arrays]], Arrays] = compute
     elsewhere: Rows | None = None
     across: bool = True
+    sampled: bool = False
     seconds: float = field(default=0.0)
     meters: dict = field(default_factory=dict, repr=False)
+    placed: dict = field(default_factory=dict, repr=False)
 
     @cached_property
     def hits(self) -> np.ndarray:
@@ -139,7 +143,8 @@ class Transport:
     @cached_property
     def _direct(self) -> Arrays:
         def make() -> Arrays:
-            direct, lost = direct_on_patches(self.mesh, self.exchange, self.luminaires, self.ray_scene,
+            make_direct = sampled_direct if self.sampled and self.parts > 1 else direct_on_patches
+            direct, lost = make_direct(self.mesh, self.exchange, self.luminaires, self.ray_scene,
                                              (self.seed, 2), self.parts)
             return {"direct": direct, "lost": lost}
 
@@ -243,18 +248,19 @@ class Transport:
 
 
 def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
-                      remember=compute, elsewhere: Rows | None = None, across: bool = True) -> Transport:
+                      remember=compute, elsewhere: Rows | None = None, across: bool = True,
+                      sampled: bool = False) -> Transport:
     """Divide the room into patches and find out who exchanges light with whom.
 
     patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches;
-    remember, elsewhere, across : as in `Transport`. Raises InputError where objects fill the room.
+    remember, elsewhere, across, sampled : as in `Transport`. Raises InputError where objects fill the room.
     """
     started = time.perf_counter()
     luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
-    mesh = build_mesh(scene, luminaires, patch_size)
+    mesh = build_mesh(scene, luminaires, patch_size, not sampled)
     faces = [(k, s.luminaire) for k, s in enumerate(scene.surfaces) if s.luminaire is not None]
     transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), faces, rays, seed,
-                          RayScene(mesh) if rays else None, remember, elsewhere, across)
+                          RayScene(mesh) if rays else None, remember, elsewhere, across, sampled)
     if not transport.exchange.areas.any():
         names = ", ".join(repr(body.name) for body in scene.bodies)
         raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "

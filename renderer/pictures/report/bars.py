@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from renderer.pictures.camera import View
-from renderer.readings.uncertainty import ROUNDING, STUDENT, step_shares
+from renderer.readings.uncertainty import ROUNDING, step_shares, student
 from renderer.solving.solution import Solution
 from renderer.transport.direct.direct import SHADOW_RAYS, unoccluded
 from renderer.transport.rays.sampling import REPLICAS
@@ -40,7 +40,7 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     spread = np.array([sample.vertex_irradiance @ luminous for sample in samples]).std(axis=0, ddof=1)
     own = samples[0].transport is solution.transport  # a very fine mesh leaves the samples to the other
     on_patches = spread[mesh.patches] if own else _on(mesh_sequence.meshes[1], places, mesh.normal, spread)
-    return of_mesh, STUDENT / np.sqrt(len(samples)) * _largest(mesh, on_patches)
+    return of_mesh, student(len(samples)) / np.sqrt(len(samples)) * _largest(mesh, on_patches)
 
 
 def _largest(mesh, at_places: np.ndarray) -> np.ndarray:
@@ -85,7 +85,7 @@ def shadow_bars(view: View) -> sparse.csr_array:
     some = dimmed.any(axis=1)
     pixel, patch, s, t = pixel[some], patch[some], s[some], t[some]
     parts = direct_on(transport, patch, s, t, 2, PARTS_RAYS, REPLICAS)
-    half = STUDENT * parts.std(axis=0, ddof=1) * np.sqrt(PARTS_RAYS / SHADOW_RAYS)
+    half = student(len(parts)) * parts.std(axis=0, ddof=1) * np.sqrt(PARTS_RAYS / SHADOW_RAYS)
     # Where all parts count alike, as at a penumbra's rim, the light is still known to half a ray at best.
     half = np.hypot(half, np.where(dimmed[some], bare[some] / (2 * SHADOW_RAYS), 0.0))
     rows, columns = np.nonzero(half)

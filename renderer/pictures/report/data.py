@@ -13,7 +13,7 @@ from scipy import sparse
 from renderer.pictures.camera import View
 from renderer.pictures.report.bars import patch_bars, shadow_bars
 from renderer.pictures.report.pack import Pack
-from renderer.readings.uncertainty import STUDENT
+from renderer.readings.uncertainty import student
 from renderer.solving.solution import Solution
 from renderer.transport.sensors import direct_on
 from renderer.transport.transport import Transport
@@ -59,8 +59,9 @@ def lamps_of(solutions: list[Solution]) -> Lamps:
 def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
     """The patches of a room, and the direct light on each."""
     mesh = transport.mesh
-    spread = (transport.direct_parts.std(axis=0, ddof=1) / np.sqrt(len(transport.direct_parts))
-              if len(transport.direct_parts) > 1 else np.zeros(transport.direct.shape))
+    parts = len(transport.direct_parts)
+    spread = (student(parts) * transport.direct_parts.std(axis=0, ddof=1) / np.sqrt(parts)
+              if parts > 1 else np.zeros(transport.direct.shape))
     return {
         "middle": mesh.middle.tolist(), "scale": mesh.scale,
         "vertices": pack.reals(mesh.vertices - mesh.middle),
@@ -69,7 +70,7 @@ def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
         "shown": pack.whole(transport.exchange.areas > 0),
         "lamp": pack.whole(~transport.reflecting),
         "light": _columns(lamps.joined(transport.direct), pack),
-        "lightBars": _columns(np.sqrt(_squares(lamps, STUDENT * spread)), pack),
+        "lightBars": _columns(np.sqrt(_squares(lamps, spread)), pack),
         "shining": _sparse(lamps.joined(_exitance(transport)), pack),
         "groups": len(lamps.first), "fine": _fine(transport, lamps, pack),
         "luminaires": [{"name": lum.name, "center": (lum.center - mesh.middle).tolist(),

@@ -111,6 +111,17 @@ class Distribution:
 
     def beyond(self, normal: np.ndarray) -> float:
         """Share of the flux (0 … 1) that leaves against a unit normal (3,), by C0, C90 and nadir."""
+        shares, key = self._shares_beyond, tuple(np.round(normal, 12))
+        if key not in shares:
+            shares[key] = self._share_beyond(normal)
+        return shares[key]
+
+    @cached_property
+    def _shares_beyond(self) -> dict[tuple, float]:
+        """By direction: an array of luminaires asks for one again and again."""
+        return {}
+
+    def _share_beyond(self, normal: np.ndarray) -> float:
         gamma = np.arange(DOWNWARD / 2, 180, DOWNWARD)
         c = np.arange(1.0, 360, 2)
         gamma, c = np.meshgrid(gamma, c)

@@ -49,10 +49,11 @@ FRONT, BOTH = (True, False), (True, True)
 """Which sides of a face are exposed, where nothing covers it."""
 
 
-def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> Mesh:
+def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float, finer_near: bool = True) -> Mesh:
     """Divide a scene into patches of about `patch_size` [m], graded toward edges and contacts.
 
-    luminaires : the scene's, each through `stand_off`.
+    luminaires : the scene's, each through `stand_off`; finer_near : whether patches are smaller near lamps
+    and in gaps, as all need that read direct light or their neighbours' off them
     """
     every = list(enumerate(scene.exposed))
     mountings, free = [], []
@@ -65,7 +66,7 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float) -> 
             else:
                 free.append((index, luminaire))
     builder = _Builder(patch_size, COPLANAR * scene.room.scale, scene.surfaces, luminaires,
-                       CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area))
+                       CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area) if finer_near else np.inf)
     of_room = builder.of_room
     rectangles = [(index, face, sides) for index, of in every
                   for face, sides in zip(of.parts.rectangles, of.sides[0], strict=True)]

@@ -1,6 +1,8 @@
 """Low-discrepancy points, one independent randomisation for each patch, point or pixel."""
 
-from functools import lru_cache
+import csv
+from functools import cache, lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -14,8 +16,7 @@ class Nets:
     """Nets of `n` points in [0, 1)^dimensions, each a Sobol net with a digital shift of its own.
 
     n : a power of 2; parts : independent nets of n points in each draw. Equal seeds give equal nets.
-    (Sobol 1967; Owen-scrambled by scipy; the shift makes them independent, so that their errors
-    average out and can be measured.)
+    (Sobol 1967; the shift makes them independent, so that their errors average out and can be measured.)
     """
 
     def __init__(self, n: int, dimensions: int, seed: tuple[int, ...], parts: int = 1):
@@ -49,12 +50,42 @@ class Nets:
 
 @lru_cache(maxsize=64)
 def _scrambled(n: int, dimensions: int, seed: tuple[int, ...], parts: int) -> np.ndarray:
-    """Scrambled nets (parts, n, dimensions), in units of 2**-BITS: every meter of a room has the same."""
-    from scipy.stats.qmc import Sobol
+    """Scrambled nets (parts, n, dimensions), in units of 2**-BITS: every meter of a room has the same.
 
+    Each of n = 2**m points is the sum modulo 2 of the direction numbers that its index names; these are
+    scrambled by a random lower triangular matrix for each dimension (J. Matoušek, J. Complexity 14, 1998).
+    The shift that goes with it is drawn for each item.
+    """
+    m = int(n).bit_length() - 1
     random = np.random.default_rng(seed)
-    nets = [Sobol(dimensions, bits=BITS, rng=random).random(n) for _ in range(parts)]
-    return (np.array(nets) * 2**BITS).astype(np.uint32)
+    matrices = np.tril(random.integers(2, size=(parts, dimensions, BITS, BITS)), -1)
+    matrices += np.eye(BITS, dtype=int)
+    # The first digit counts halves.
+    digits = _directions()[:dimensions, :m, None] >> np.arange(BITS)[::-1] & 1
+    scrambled = np.einsum("pdij,dkj->pdki", matrices, digits) % 2
+    directions = (scrambled << np.arange(BITS)[::-1]).sum(axis=-1).astype(np.uint32)
+    nets = np.zeros((parts, n, dimensions), dtype=np.uint32)
+    for k in range(m):
+        nets[:, 1 << k:2 << k] = nets[:, :1 << k] ^ directions[:, None, :, k]
+    return nets
+
+
+@cache
+def _directions() -> np.ndarray:
+    """Sobol's direction numbers (dimensions, BITS), in units of 2**-BITS, from primitive polynomials and
+    initial numbers (S. Joe, F. Y. Kuo, SIAM J. Sci. Comput. 30, 2008; as scipy has them)."""
+    numbers = []
+    with (Path(__file__).parent / "sobol.csv").open() as rows:
+        for polynomial, initial in list(csv.reader(rows))[1:]:
+            bits, degree = int(polynomial), int(polynomial).bit_length() - 1
+            m = [int(x) for x in initial.split()] if degree else [1] * BITS
+            while len(m) < BITS:
+                k, new = len(m), 0
+                for j in range(1, degree + 1):
+                    new ^= (bits >> (degree - j) & 1) * m[k - j] << j
+                m.append(new ^ m[k - degree])
+            numbers.append([x << (BITS - 1 - k) for k, x in enumerate(m[:BITS])])
+    return np.array(numbers)
 
 
 def cosine_directions(square: np.ndarray, frames: np.ndarray) -> np.ndarray:

@@ -1,0 +1,177 @@
+"""Many meters at once, by paths: rays from each meter to what it sees, light straight from the luminaires on
+that, and what arrives there by way of other surfaces from one ray more, which brings the solved radiosity.
+
+So the solved radiosity counts only after it has been reflected; a coarse mesh does (final gathering: M. C.
+Reichert, thesis, Cornell, 1992; next-event estimation: J. T. Kajiya, SIGGRAPH 1986).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from renderer.readings.photometer import Spot
+from renderer.system.lazy import cached_property
+from renderer.system.threads import in_threads
+from renderer.transport.direct.direct import direct_at
+from renderer.transport.direct.lamp_samples import draw_table, lamp_faces, next_event
+from renderer.transport.factors.contour import frames
+from renderer.transport.factors.exchange import rows
+from renderer.transport.rays.sampling import Nets, cosine_directions
+from renderer.transport.transport import Transport
+
+REPLICAS = 16
+"""Independent samples of what meters see: bars by which a reading stops must be known well themselves."""
+RAYS_PER_SLICE = 1 << 14
+"""Paths followed at once: what stays in the cache."""
+PATHS_PER_SHADOW_RAY, SHADOW_RAYS = 2, (32, 1024)
+"""Rays from a meter to each luminaire, that many times fewer than paths in each replica; at least and at
+most."""
+DIMENSIONS = 5
+"""Numbers that each step of a path takes: two of its direction, one that chooses a luminaire, two on its
+face."""
+
+
+@dataclass(frozen=True)
+class Gather:
+    """What meters see, in REPLICAS independent samples, whatever reflectances and lumens are.
+
+    straight : (REPLICAS, n_meters, n_luminaires) illuminance per lumen straight from each luminaire [m⁻²]
+    direct : one for each step of the paths, (REPLICAS · n_meters · n_combinations, n_luminaires) per lumen,
+        light from luminaires on what is met, by the surfaces met so far
+    beyond : (REPLICAS · n_meters · n_combinations, n_patches) share of what is seen at the end of the paths
+    combinations : for each step (n_combinations, steps) surfaces met so far
+    """
+
+    straight: np.ndarray
+    direct: list[sparse.csr_array]
+    beyond: sparse.csr_array
+    combinations: list[np.ndarray]
+
+    def read(self, reflectance: np.ndarray, flux: np.ndarray, radiosities: list[np.ndarray]) -> np.ndarray:
+        """Irradiance by replica, meter, what sends it and band (replicas, n_meters, 1 + n_surfaces,
+        n_bands): the luminaires, and each surface.
+
+        reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
+        radiosities : (n_patches, n_bands), one for all replicas or several for one after the other
+        """
+        replicas, meters = self.straight.shape[:2]
+        seen = np.zeros((replicas, meters, 1 + len(reflectance), flux.shape[1]))
+        seen[:, :, 0] = self.straight @ flux
+        every = [each @ flux for each in self.direct]
+        if len(radiosities) == 1:
+            every[-1] = every[-1] + self.beyond @ radiosities[0]
+        else:
+            size = self.beyond.shape[0] // replicas
+            for k in range(replicas):
+                first, last = k * size, (k + 1) * size
+                every[-1][first:last] += rows(self.beyond, first, last) @ radiosities[k % len(radiosities)]
+        for sent, met in zip(every, self.combinations, strict=True):
+            light = sent.reshape(replicas, meters, len(met), -1) * reflectance[met].prod(axis=1)
+            for first in np.unique(met[:, 0]):
+                seen[:, :, 1 + first] += light[:, :, met[:, 0] == first].sum(axis=2)
+        return seen
+
+    @cached_property
+    def mean(self) -> "Gather":
+        """The mean over the replicas, as one."""
+        replicas = len(self.straight)
+
+        def over(matrix: sparse.csr_array) -> sparse.csr_array:
+            entries, size = matrix.tocoo(), matrix.shape[0] // replicas
+            return _tallied(entries.row % size, entries.col, entries.data / replicas, (size, matrix.shape[1]))
+
+        return Gather(self.straight.mean(axis=0, keepdims=True), [over(each) for each in self.direct],
+                      over(self.beyond), self.combinations)
+
+
+def gather(transport: Transport, spots: list[Spot], paths: int, round_: int = 0, steps: int = 1) -> Gather:
+    """Follow paths from meters: so many, a power of 2, in each of REPLICAS independent nets, each met `steps`
+    times before it brings the solved radiosity. round_ : paths of each are drawn anew."""
+    path = _Paths(transport, paths, (transport.seed, 11, round_), steps)
+    n, shape = len(spots), (len(spots), REPLICAS * paths)
+    surfaces, lamps = (np.zeros((steps, *shape), dtype=np.int32) for _ in range(2))
+    weights, last = np.zeros((steps, *shape), dtype=np.float32), np.full(shape, -1, dtype=np.int32)
+
+    def work(start: int, stop: int) -> None:
+        part = slice(start, stop)
+        surfaces[:, part], lamps[:, part], weights[:, part], last[part] = path.follow(spots, start, stop)
+
+    in_threads(work, n, max(1, RAYS_PER_SLICE // shape[1]))
+    rays = int(np.clip(paths // PATHS_PER_SHADOW_RAY, *SHADOW_RAYS))
+    direct = straight(transport, spots, rays, round_)
+    return _collected(transport, surfaces, lamps, weights, last, paths, direct)
+
+
+class _Paths:
+    def __init__(self, transport: Transport, paths: int, seed: tuple[int, ...], steps: int):
+        self.transport, self.steps = transport, steps
+        self.nets = Nets(paths, DIMENSIONS * steps + 2, seed, REPLICAS)
+        self.faces = lamp_faces(transport.luminaires)
+        self.table = draw_table(self.faces, transport.direct)
+        self.frames = frames(transport.mesh.normal)
+
+    def follow(self, spots: list[Spot], start: int, stop: int) -> tuple:
+        mesh, eye, reflecting = self.transport.mesh, self.transport.eye, self.transport.reflecting
+        square = self.nets.draw(start, stop)
+        each = square.shape[1]
+        numbers = square.reshape(-1, square.shape[2])
+        origins = np.repeat([spot.origin for spot in spots[start:stop]], each, axis=0)
+        turn = np.repeat(frames(np.array([spot.normal for spot in spots[start:stop]])), each, axis=0)
+        alive = np.arange(len(numbers))
+        shape = (self.steps, len(numbers))
+        surfaces, lamps, weights = np.zeros(shape, int), np.zeros(shape, int), np.zeros(shape)
+        last = np.full(len(numbers), -1)
+        for step in range(self.steps + 1):
+            first = DIMENSIONS * step
+            along = cosine_directions(numbers[alive, None, first:first + 2], turn)[:, 0]
+            met = eye.first_hit(origins, along)
+            if step == self.steps:
+                last[alive] = met
+                break
+            kept = np.flatnonzero((met >= 0) & reflecting[np.maximum(met, 0)])
+            alive, met, origins, along = alive[kept], met[kept], origins[kept], along[kept].astype(float)
+            normal = mesh.normal[met]
+            height = np.einsum("ki,ki->k", mesh.corners[met, 0] - origins, normal)
+            slope = np.einsum("ki,ki->k", along, normal)
+            places = origins + (height / np.where(slope == 0, -1.0, slope))[:, None] * along
+            origins, turn = eye.off(places, normal), self.frames[met]
+            surfaces[step, alive] = mesh.surface[met]
+            lamps[step, alive], weights[step, alive] = next_event(
+                self.faces, self.table, met, origins, normal, numbers[alive, first + 2:first + 5],
+                self.transport.ray_scene)
+        counts = (-1, each)
+        return (*(x.reshape(self.steps, *(len(spots[start:stop]), each)) for x in (surfaces, lamps, weights)),
+                last.reshape(counts))
+
+
+def straight(transport: Transport, spots: list[Spot], rays: int, round_: int) -> np.ndarray:
+    """Illuminance per lumen straight from each luminaire (REPLICAS, n_meters, n_luminaires) [m⁻²]."""
+    position, normal, origin = (np.array([getattr(spot, name) for spot in spots])
+                                for name in ("position", "normal", "origin"))
+    return direct_at(position, normal, transport.luminaires, transport.ray_scene,
+                     (transport.seed, 12, round_), rays, origins=origin, parts=REPLICAS)
+
+
+def _collected(transport: Transport, surfaces, lamps, weights, last, paths: int, straight_) -> Gather:
+    """Paths (…, n_meters, REPLICAS · paths) added up by replica, meter, surfaces met, and luminaire or
+    patch."""
+    steps, meters = surfaces.shape[:2]
+    n_surfaces, n_lamps = transport.n_surfaces, len(transport.luminaires)
+    row = (np.repeat(np.arange(REPLICAS), paths) * meters + np.arange(meters)[:, None]).ravel()
+    combination, direct, combinations = np.zeros(row.shape, dtype=np.int64), [], []
+    for step in range(steps):
+        combination = combination * n_surfaces + surfaces[step].ravel()
+        known, combination_index = np.unique(combination, return_inverse=True)
+        rows_, shape = row * len(known) + combination_index, REPLICAS * meters * len(known)
+        direct.append(_tallied(rows_, lamps[step].ravel(), weights[step].ravel() / paths, (shape, n_lamps)))
+        combinations.append(np.stack([known // n_surfaces ** (step - k) % n_surfaces
+                                      for k in range(step + 1)], axis=1))
+    ends = np.flatnonzero(last.ravel() >= 0)
+    beyond = _tallied(rows_[ends], last.ravel()[ends], np.full(len(ends), 1 / paths),
+                      (shape, len(transport.mesh.patches)))
+    return Gather(straight_, direct, beyond, combinations)
+
+
+def _tallied(rows: np.ndarray, columns: np.ndarray, weights: np.ndarray, shape) -> sparse.csr_array:
+    return sparse.coo_array((weights, (rows, columns)), shape=shape).tocsr()

@@ -1,0 +1,204 @@
+"""Readings of many meters of one solved room at once, by paths: as many as the accuracy asked needs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.colour.bands import BandSet, band_set, narrow_bands
+from renderer.readings.final_gather import REPLICAS, Gather, gather
+from renderer.readings.photometer import Spot
+from renderer.readings.uncertainty import band_error, half_widths, student
+from renderer.solving.radiosity_field import RadiosityField, distinct_bands, solve_field
+from renderer.transport.radiosity.agglomerate import Groups, agglomerated
+from renderer.transport.radiosity.solve import FOR_BARS, radiosity
+from renderer.transport.transport import Transport
+
+SPREAD = 0.35
+"""Standard deviation of what one path brings over the reading, about: what the first paths are counted by."""
+FIRST_SHARE = 0.5
+"""Share of the paths so counted that are followed first; what is then too wide has more."""
+FEWEST_PATHS, MOST_PATHS = 32, 1 << 15
+"""In each replica."""
+SAMPLING_SHARE, MESH_SHARE = 0.8, 0.6
+"""Shares of the error asked that sampling and mesh may have: in quadrature they make 1."""
+SPARE = 1.2
+"""Times as many paths as the bars so far say, since these are uncertain themselves."""
+MAX_ROUNDS, MOST_STEPS = 8, 6
+"""Rounds of paths; and times that a path is met, at most: each step more takes the mesh's error down by what
+surfaces absorb, for a fraction of what a finer mesh costs."""
+PATHS_AT_ONCE = 1 << 21
+"""Paths of all meters kept at once: some 100 MB."""
+KEPT = 1 << 22
+"""Paths of meters that are kept for the next paint of the room, at most: some 50 MB."""
+
+
+@dataclass(frozen=True)
+class GatherFields:
+    """What the ends of paths bring (n_patches, n_bands): of this room in its own bands, and what tells the
+    errors.
+
+    rgb : in RGB; parts : likewise by each part of the rays, or that alone
+    coarser : on groups of patches, in RGB; these, narrow : there in the bands read, and in narrow ones
+    """
+
+    transport: Transport
+    groups: Groups
+    rgb: RadiosityField
+    parts: list[np.ndarray]
+    coarser: np.ndarray
+    these: np.ndarray
+    narrow: np.ndarray
+
+
+def gather_fields(light: RadiosityField) -> GatherFields:
+    """Solve a room in RGB, by parts of its rays, and on groups of its patches."""
+    transport, scene = light.transport, light.scene
+    rgb = light if light.bands.name == "rgb" else solve_field(scene, band_set("rgb"), transport, FOR_BARS)
+    parts = [part.radiosity for part in rgb.by_parts()]
+    # Replicas that share a part tell less of it than as many apart would.
+    stretch = np.sqrt(REPLICAS / max(1, len(parts)))
+    parts = [rgb.radiosity + stretch * (part - rgb.radiosity) for part in parts] or [rgb.radiosity]
+    groups = agglomerated(transport.mesh, transport.exchange)
+    coarse = [_on_groups(light, groups, bands) for bands in (rgb.bands, light.bands, narrow_bands())]
+    return GatherFields(transport, groups, rgb, parts, *coarse)
+
+
+def _on_groups(light: RadiosityField, groups: Groups, bands: BandSet) -> np.ndarray:
+    """Radiosity of each patch (n_patches, n_bands) as its group has it."""
+    scene, transport = light.scene, light.transport
+    reflectance, flux = scene.reflectance(bands), scene.flux(bands)
+    first, index, scale = distinct_bands(reflectance, flux)
+    direct = groups.mean(transport.exchange.areas, transport.direct @ flux[:, first])
+    sent, _ = radiosity(groups.exchange, reflectance[groups.surface][:, first], direct, FOR_BARS)
+    return (sent[:, index] * scale)[groups.of]
+
+
+@dataclass(frozen=True)
+class BatchReading:
+    """What meters read, one after the other.
+
+    straight : (n_meters, n_luminaires) illuminance per lumen straight from each [m⁻²]
+    direct, indirect : (n_meters, n_bands)
+    meshes : (2, n_meters, 1 + n_surfaces) [lx] by the mesh and by groups of its patches, of which `steps`
+        says how much longer they are; samples : (REPLICAS, n_meters, 1 + n_surfaces) [lx]
+    these, narrow : (n_meters,) [lx] in the bands read and in narrow ones
+    """
+
+    straight: np.ndarray
+    direct: np.ndarray
+    indirect: np.ndarray
+    meshes: np.ndarray
+    samples: np.ndarray
+    these: np.ndarray
+    narrow: np.ndarray
+    steps: tuple[float, ...]
+
+    def errors(self, quadrature: float) -> np.ndarray:
+        """95 % half-widths by mesh and by sampling (n_meters, 2) [lx]; quadrature : as in `half_widths`."""
+        return np.array([half_widths(self.meshes[:, k], self.samples[:, k], self.steps, quadrature)
+                         for k in range(len(self.direct))]).reshape(-1, 2)
+
+    def band_errors(self) -> list[float]:
+        """Of each meter [lx], as `band_error`."""
+        return [band_error(float(a), float(b)) for a, b in zip(self.these, self.narrow, strict=True)]
+
+
+def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot], accuracy: float,
+               quadrature: float, areas: bool = False) -> BatchReading:
+    """Read meters, each to the accuracy asked [1] as far as paths can tell.
+
+    areas : whether they are the points of a grid: one may then err by twice as much, but the least by no
+        more.
+    """
+    asked = np.full(len(spots), accuracy * (2 if areas else 1))
+    first = FIRST_SHARE * (student(REPLICAS) * SPREAD / (SAMPLING_SHARE * asked)) ** 2 / REPLICAS
+    paths, steps = _power_of_two(first), np.ones(len(spots), dtype=int)
+    luminous = light.bands.luminous
+    tally, some = _Tally(light, fields, len(spots)), np.arange(len(spots))
+    for round_ in range(MAX_ROUNDS):
+        for of, count in np.unique(np.column_stack([steps, paths])[some], axis=0):
+            members = some[(steps[some] == of) & (paths[some] == count)]
+            for part in np.array_split(members, -(-len(members) * REPLICAS * count // PATHS_AT_ONCE)):
+                seen = _gathered(fields.transport, [spots[k] for k in part], int(count), round_, int(of))
+                tally.add(part, seen, int(count))
+        found = tally.reading()
+        values, (mesh, sampling) = (found.direct + found.indirect) @ luminous, found.errors(quadrature).T
+        bars = np.hypot(mesh, sampling)
+        if areas:
+            asked[values - bars <= (values + bars).min()] = accuracy
+        deeper = (mesh > MESH_SHARE * asked * values) & (steps < MOST_STEPS)
+        more = (sampling / np.maximum(SAMPLING_SHARE * asked * values, 1e-300)) ** 2 * (values > 0)
+        wide = (bars > asked * values) & (deeper | ((more > 1) & (tally.paths < MOST_PATHS)))
+        some = np.flatnonzero(wide)
+        if not len(some):
+            break
+        # As many paths as there are have half the variance; those of a deeper one begin anew.
+        paths = _power_of_two(np.maximum(tally.paths * np.maximum(more - ~deeper, 0.5) * SPARE, FEWEST_PATHS))
+        deeper &= wide
+        steps[deeper] += 1
+        tally.forget(deeper)
+    return found
+
+
+def _power_of_two(count: np.ndarray) -> np.ndarray:
+    return 2 ** np.ceil(np.log2(np.clip(count, FEWEST_PATHS, MOST_PATHS)) - 0.2).astype(int)
+
+
+def _gathered(transport: Transport, spots: list[Spot], paths: int, round_: int, steps: int) -> Gather:
+    key = ("gather", paths, round_, steps, *(spot.origin.tobytes() + spot.normal.tobytes() for spot in spots))
+    if key not in transport.meters:
+        made = gather(transport, spots, paths, round_, steps)
+        kept = sum(each.beyond.nnz for each in transport.meters.values() if isinstance(each, Gather))
+        if kept + made.beyond.nnz > KEPT:
+            return made
+        transport.meters[key] = made
+    return transport.meters[key]
+
+
+METER_FIRST = (True, True, False, False, False)
+"""Of the sums of a tally: whether their first axis is the meters', or else their second."""
+
+
+class _Tally:
+    """Readings of some meters added up over rounds, by how many paths each took."""
+
+    def __init__(self, light: RadiosityField, fields: GatherFields, meters: int):
+        self.light, self.fields, self.paths = light, fields, np.zeros(meters)
+        surfaces, (lamps, bands) = 1 + len(light.reflectance), light.flux.shape
+        self.sums = [np.zeros(shape) for shape in (
+            (meters, lamps), (meters, 2, bands), (2, meters, surfaces), (REPLICAS, meters, surfaces), (2,
+            meters))]
+
+    def add(self, some: np.ndarray, seen: Gather, paths: int) -> None:
+        """Add what some meters (k,) saw by so many paths in each replica."""
+        light, fields, rgb = self.light, self.fields, self.fields.rgb
+        own = seen.mean.read(light.reflectance, light.flux, [light.radiosity])[0]
+        own = np.stack([own[:, 0], own[:, 1:].sum(axis=1)], axis=1)
+        luminous = rgb.bands.luminous
+        meshes = [seen.mean.read(rgb.reflectance, rgb.flux, [each])[0] @ luminous
+                  for each in (rgb.radiosity, fields.coarser)]
+        samples = seen.read(rgb.reflectance, rgb.flux, fields.parts) @ luminous
+        bands = []
+        for kind, sent in ((light.bands, fields.these), (narrow_bands(), fields.narrow)):
+            scene = light.scene
+            bands.append(seen.mean.read(scene.reflectance(kind), scene.flux(kind), [sent])[0].sum(axis=1)
+                         @ kind.luminous)
+        new = seen.mean.straight[0], own, np.array(meshes), samples, np.array(bands)
+        for total, each, meter_first in zip(self.sums, new, METER_FIRST, strict=True):
+            total[some if meter_first else (slice(None), some)] += paths * each
+        self.paths[some] += paths
+
+    def forget(self, some: np.ndarray) -> None:
+        """Begin anew with some meters (n_meters,)."""
+        for total, meter_first in zip(self.sums, METER_FIRST, strict=True):
+            total[some if meter_first else (slice(None), some)] = 0.0
+        self.paths[some] = 0
+
+    def reading(self) -> BatchReading:
+        """What they read so far."""
+        n = self.paths
+        straight, own, meshes, samples, bands = self.sums
+        own = own / n[:, None, None]
+        return BatchReading(straight / n[:, None], own[:, 0], own[:, 1], meshes / n[:, None],
+                            samples / n[:, None], *(bands / n), (self.fields.groups.longer,))

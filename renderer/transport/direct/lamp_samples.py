@@ -1,0 +1,246 @@
+"""One place on one luminaire, drawn for each of many points that it may light (next-event estimation)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.radiometry.polygons import polygon_factors
+from renderer.scene.luminaires.luminaire import Luminaire
+from renderer.system.threads import in_threads
+from renderer.transport.factors.exchange import Exchange
+from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.rays.ray_scene import RayScene
+from renderer.transport.rays.sampling import Nets
+
+DEFENSIVE_SHARE = 0.1
+"""Share of draws that go to every luminaire alike, whatever the patches say: light that a patch's few rays
+have missed is then still drawn, with a weight of at most 1 over this."""
+NEAR_FACE = 1.5
+"""A point nearer to a Lambertian face than this many of its longer sides has that light in closed form, and
+only what is hidden of it by rays: what a place on the face brings varies without bound there."""
+
+TRIED_POINTS = 4
+"""Points of a patch that tell about what each luminaire brings to it."""
+DRAWS = 64
+"""Draws of a luminaire from each patch, in each independent part."""
+DRAWS_PER_SLICE = 1 << 15
+"""Worked on at once: what stays in the cache."""
+SURE = 8.0
+"""Standard errors of what a luminaire's light on all patches sums to, less of which is no light lost:
+Student's for 1 in 10,000 of as many samples as there are parts."""
+
+
+@dataclass(frozen=True)
+class LampFaces:
+    """Flat pieces that light leaves from, of all luminaires one after the other.
+
+    lamp : (n_faces,) which luminaire's; start, u, v, normal : (3, n_faces) [m]; elliptic : (n_faces,)
+    area : (n_faces,) [m²]; share : of its luminaire's draws; corners : (n_faces, 4, 3) [m]
+    near : (n_faces,) distance [m] below which a Lambertian rectangle is taken in closed form; 0 for others
+    """
+
+    luminaires: list[Luminaire]
+    lamp: np.ndarray
+    start: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    normal: np.ndarray
+    elliptic: np.ndarray
+    area: np.ndarray
+    share: np.ndarray
+    corners: np.ndarray
+    near: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.lamp)
+
+    def places(self, face: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Points (3, k) [m] on faces (k,) from the unit square, equal areas from equal areas."""
+        round_ = self.elliptic[face]
+        if round_.any():
+            r, turn = np.sqrt(s), 2 * np.pi * t
+            s = np.where(round_, r * np.cos(turn), s)
+            t = np.where(round_, r * np.sin(turn), t)
+        return self.start[:, face] + s * self.u[:, face] + t * self.v[:, face]
+
+    def brought(self, face: np.ndarray, reach: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Illuminance per lumen (k,) [m⁻²] that places on faces (k,), each as if it were the whole face,
+        bring to points of unit normals (3, k), nothing standing between; reach : (3, k) [m] from the
+        points."""
+        distance2 = np.maximum(_dot(reach, reach), 1e-200)
+        distance = np.sqrt(distance2)
+        light = np.maximum(_dot(reach, normals), 0.0)
+        light /= distance * distance2
+        lamp = self.lamp[face]
+        for kind, members in self._kinds():
+            chosen = np.flatnonzero(members[lamp])
+            if len(chosen):
+                light[chosen] *= self._sent(kind, face[chosen], -reach[:, chosen] / distance[chosen])
+        return light
+
+    def _kinds(self):
+        """Luminaires of one way to send light, together: what each is like, and which they are
+        (n_luminaires,)."""
+        groups = {}
+        for k, lum in enumerate(self.luminaires):
+            solid = len(lum.opening) > 2
+            key = "cosine" if lum.lambertian else (k if solid or lum.distribution is None else id(
+                lum.distribution))
+            groups.setdefault(key, []).append(k)
+        for members in groups.values():
+            yield self.luminaires[members[0]], np.isin(np.arange(len(self.luminaires)), members)
+
+    def _sent(self, kind: Luminaire, face: np.ndarray, away: np.ndarray) -> np.ndarray:
+        """Intensity per lumen (k,) [sr⁻¹] that a face as a whole sends along unit directions (3, k)."""
+        if kind.lambertian:
+            return np.maximum(_dot(away, self.normal[:, face]), 0.0) / np.pi
+        if kind.distribution is None:
+            light = kind.intensity(away.T)
+        else:
+            local = np.einsum("kij,jk->ik", self._axes[self.lamp[face]], away)
+            light = kind.distribution.toward(*local) / kind.distribution.flux
+        if len(kind.opening) > 2:
+            seen = kind.projected_area(away.T)
+            share = np.maximum(_dot(away, self.normal[:, face]), 0.0) * self.area[face]
+            light = np.divide(light * share, seen, out=np.zeros_like(light), where=seen > 0)
+        return light
+
+    @property
+    def _axes(self) -> np.ndarray:
+        return np.array([lum.axes for lum in self.luminaires])
+
+
+def lamp_faces(luminaires: list[Luminaire]) -> LampFaces:
+    """The faces of all luminaires."""
+    rows = [(k, *face) for k, lum in enumerate(luminaires) for face in _faces_of(lum)]
+    lamp, start, u, v, normal, elliptic, area, share, near = (np.array(x) for x in zip(*rows, strict=True))
+    corners = np.stack([start, start + u, start + u + v, start + v], axis=1)
+    return LampFaces(luminaires, lamp, start.T, u.T, v.T, normal.T, elliptic, area, share, corners, near)
+
+
+def _faces_of(lum: Luminaire) -> list[tuple]:
+    """start, u, v, normal, elliptic, area, share and near of each face of a luminaire, as in `LampFaces`."""
+    if len(lum.opening) > 2:
+        total = sum(face.area for face in lum.opening)
+        faces = []
+        for face in lum.opening:
+            middle = lum.center + face.middle
+            start = middle if face.elliptic else middle - (face.u + face.v) / 2
+            share = face.area / total
+            faces.append((start, face.u, face.v, face.normal, face.elliptic, face.area, share, 0.0))
+        return faces
+    if lum.is_point:
+        return [(lum.center, np.zeros(3), np.zeros(3), lum.normal, False, 0.0, 1.0, 0.0)]
+    if lum.rectangle is not None:
+        start, u, v = lum.rectangle.corner, lum.rectangle.u, lum.rectangle.v
+        near = NEAR_FACE * max(np.linalg.norm(u), np.linalg.norm(v)) if lum.lambertian else 0.0
+        return [(start, u, v, lum.normal, False, lum.area, 1.0, near)]
+    # The ellipse of the outline's area, through which its corners go a little outside.
+    u, v = (lum.outline[n] - lum.center for n in (0, len(lum.outline) // 4))
+    swell = np.sqrt(lum.area / (np.pi * np.linalg.norm(np.cross(u, v))))
+    return [(lum.center, swell * u, swell * v, lum.normal, True, lum.area, 1.0, 0.0)]
+
+
+def draw_table(faces: LampFaces, lit: np.ndarray) -> np.ndarray:
+    """Cumulated chances (n_patches, n_faces) of drawing each face from a point of each patch.
+
+    lit : (n_patches, n_luminaires) about what each luminaire brings to a patch, in any unit
+    """
+    lumens = np.array([lum.lumens for lum in faces.luminaires])
+    weight = lit * lumens
+    total = weight.sum(axis=1, keepdims=True)
+    chance = weight / np.where(total > 0, total, 1.0)
+    alike = lumens / max(lumens.sum(), 1e-300)
+    chance = np.where(total > 0, (1 - DEFENSIVE_SHARE) * chance + DEFENSIVE_SHARE * alike, alike)
+    cumulated = np.cumsum(chance[:, faces.lamp] * faces.share, axis=1)
+    return cumulated / np.maximum(cumulated[:, -1:], 1e-300)
+
+
+def draw(table: np.ndarray, row: np.ndarray, choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The face (k,) drawn from rows (k,) of a table by numbers from 0 to 1 (k,), and its chance (k,)."""
+    n = table.shape[1]
+    face = np.searchsorted((table + np.arange(len(table))[:, None]).ravel(), row + choice, side="right")
+    face = np.clip(face - row * n, 0, n - 1)
+    before = np.where(face > 0, table[row, np.maximum(face - 1, 0)], 0.0)
+    return face, np.maximum(table[row, face] - before, 1e-300)
+
+
+def next_event(faces: LampFaces, table: np.ndarray, row: np.ndarray, places: np.ndarray, normals: np.ndarray,
+               numbers: np.ndarray, ray_scene: RayScene | None) -> tuple[np.ndarray, np.ndarray]:
+    """A luminaire (k,) drawn for each place, and illuminance per lumen from it over its chance (k,) [m⁻²],
+    past what stands between: right in the mean.
+
+    table, row : as for `draw`; places : (k, 3) [m], off their surface; normals : (k, 3); numbers : (k, 3)
+    from 0 to 1, which choose a face and a place on it; ray_scene : None where nothing can stand between
+    """
+    face, chance = draw(table, row, numbers[:, 0])
+    points, normals = np.ascontiguousarray(places.T), np.ascontiguousarray(normals.T)
+    targets = faces.places(face, numbers[:, 1], numbers[:, 2])
+    reach = targets - points
+    light = faces.brought(face, reach, normals)
+    past, lit = light.copy(), np.flatnonzero(light > 0)
+    if ray_scene is not None:
+        past[lit] *= ray_scene.clear(places[lit], targets[:, lit].T)
+    near = np.flatnonzero(_dot(reach, reach) < faces.near[face] ** 2)
+    if len(near):  # all of it in closed form, less what the place drawn says is hidden
+        whole = polygon_factors(places[near], normals[:, near].T, faces.corners[face[near]])
+        past[near] += whole / faces.area[face[near]] - light[near]
+    return faces.lamp[face], past / chance
+
+
+def about_lit(faces: LampFaces, mesh: Mesh, seed: tuple[int, ...]) -> np.ndarray:
+    """About what each luminaire brings to each patch per lumen (n_patches, n_luminaires) [m⁻²], by a few
+    points and nothing standing between."""
+    n, every = len(mesh.patches), np.arange(len(faces))
+    lit = np.zeros((n, len(faces.luminaires)))
+
+    def work(start: int, stop: int) -> None:
+        square = Nets(TRIED_POINTS, 4, seed).draw(start, stop)
+        places = mesh.spread(np.arange(start, stop), square[..., :2]).reshape(-1, 3)
+        normals = np.repeat(mesh.normal[start:stop], TRIED_POINTS, axis=0)
+        point, face = (x.ravel() for x in np.meshgrid(np.arange(len(places)), every, indexing="ij"))
+        s, t = (square[..., k].ravel()[point] for k in (2, 3))
+        reach = faces.places(face, s, t) - places.T[:, point]
+        light = faces.brought(face, reach, normals.T[:, point])
+        cell = point // TRIED_POINTS * lit.shape[1] + faces.lamp[face]
+        lit[start:stop] = np.bincount(cell, light, (stop - start) * lit.shape[1]).reshape(stop - start, -1)
+
+    in_threads(work, n, max(1, DRAWS_PER_SLICE // (TRIED_POINTS * len(faces))))
+    return lit / TRIED_POINTS
+
+
+def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], ray_scene: RayScene | None,
+                   seed: tuple[int, ...], parts: int) -> tuple[np.ndarray, np.ndarray]:
+    """As `direct_on_patches`, by draws: as many a patch however many luminaires there are."""
+    n, count = len(mesh.patches), len(luminaires)
+    if not count:
+        return np.zeros((parts, n, 0)), np.zeros(0)
+    faces = lamp_faces(luminaires)
+    table = draw_table(faces, about_lit(faces, mesh, (*seed, 0)))
+    nets = Nets(DRAWS, 5, (*seed, 1), parts)
+    mean = np.zeros((parts, n, count))
+
+    def work(start: int, stop: int) -> None:
+        patch = start + np.flatnonzero(exchange.areas[start:stop] > 0)
+        square = nets.draw(start, stop)[patch - start]
+        normals = np.repeat(mesh.normal[patch], square.shape[1], axis=0)
+        places = mesh.spread(patch, square[..., :2]).reshape(-1, 3)
+        places = places if ray_scene is None else ray_scene.off(places, normals)
+        lamp, light = next_event(faces, table, np.repeat(patch, square.shape[1]), places, normals,
+                                 square[..., 2:].reshape(-1, 3), ray_scene)
+        part = np.tile(np.repeat(np.arange(parts), DRAWS), len(patch))
+        cell = (part * (stop - start) + np.repeat(patch - start, square.shape[1])) * count + lamp
+        tallied = np.bincount(cell, light / DRAWS, parts * (stop - start) * count)
+        mean[:, start:stop] = tallied.reshape(parts, stop - start, count)
+
+    in_threads(work, n, max(1, DRAWS_PER_SLICE // (DRAWS * parts)))
+    arrived = exchange.areas @ mean
+    lost = 1 - arrived.mean(axis=0)
+    doubt = SURE * arrived.std(axis=0, ddof=1) / np.sqrt(parts) if parts > 1 else 0.0
+    lost = np.sign(lost) * np.maximum(np.abs(lost) - doubt, 0.0)
+    whole = arrived.mean(axis=0)
+    return mean / np.where(whole > 0, whole, 1.0), lost
+
+
+def _dot(a, b) -> np.ndarray:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

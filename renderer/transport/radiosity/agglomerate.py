@@ -1,0 +1,87 @@
+"""The same room on a coarser mesh, made of the finer one's patches by groups: no ray is cast for it.
+
+A group's patches have one radiosity; its factors are the sums of theirs (Galerkin's method with constants,
+as in a hierarchy of patches: P. Hanrahan, D. Salzman, L. Aupperle, SIGGRAPH 1991).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from renderer.transport.factors.exchange import Exchange, SplitSymmetric
+from renderer.transport.mesh.mesh import Mesh
+
+LONGER = 1.25
+"""How many times as long groups are as patches, at least, to tell the error of these."""
+CELLS = (2.0, 4.0, 8.0, 32.0)
+"""Sides of the cells whose patches are a group, in those of the patches; the first that make groups
+longer."""
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Patches by groups.
+
+    of : (n_patches,) the group of each; longer : how many times as long groups are as patches
+    exchange : between groups; surface : (n_groups,)
+    """
+
+    of: np.ndarray
+    longer: float
+    exchange: Exchange
+    surface: np.ndarray
+
+    def mean(self, areas: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Means (n_groups, k) over each group's patches of values (n_patches, k), by areas (n_patches,)."""
+        total = self._member @ (areas[:, None] * values)
+        return total / np.where(self.exchange.areas > 0, self.exchange.areas, 1.0)[:, None]
+
+    @property
+    def _member(self) -> sparse.csr_array:
+        return membership(self.of)
+
+
+def membership(of: np.ndarray) -> sparse.csr_array:
+    """Which group each patch is in (n_groups, n_patches), of ones."""
+    n = len(of)
+    return sparse.csr_array((np.ones(n), (of, np.arange(n))), shape=(of.max() + 1, n))
+
+
+def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
+    """Groups of neighbouring patches of one surface that face about alike, two by two where they are even."""
+    size = _size(exchange.areas)
+    for cells in CELLS:
+        of = _groups(mesh, cells)
+        areas = np.bincount(of, exchange.areas)
+        longer = _size(areas) / size if size else 1.0
+        if longer >= LONGER:
+            break
+    else:
+        of = np.unique(mesh.surface, return_inverse=True)[1].ravel()
+        areas = np.bincount(of, exchange.areas)
+        longer = max(LONGER, _size(areas) / size if size else 1.0)
+    member = membership(of)
+    whole = exchange.matrix
+    if isinstance(whole, SplitSymmetric):
+        given = member @ whole.given @ member.T
+        matrix = (given + given.T).toarray() + np.diag(np.bincount(of, whole.diagonal))
+    else:
+        matrix = member @ (member @ whole).T
+    surface = np.zeros(len(areas), dtype=int)
+    surface[of] = mesh.surface
+    return Groups(of, float(longer), Exchange(areas, matrix, 0.0, 0.0, (0, 0), 0.0, 0), surface)
+
+
+def _size(areas: np.ndarray) -> float:
+    """Edge of a patch in the mean over all places, as `Mesh.size`."""
+    return float(np.sqrt(areas @ areas / areas.sum())) if areas.any() else 0.0
+
+
+def _groups(mesh: Mesh, cells: float) -> np.ndarray:
+    """The group of each patch (n_patches,): in cells so many times as long as patches of its size."""
+    octave = np.ceil(np.log2(np.sqrt(mesh.area)) - 1e-6)
+    cell = np.floor((mesh.centroid - mesh.bounds[0]) / (cells * 2.0**octave)[:, None])
+    facing = np.round(1.5 * mesh.normal)
+    key = np.column_stack([mesh.surface, mesh.twin >= 0, octave, facing, cell]).astype(np.int64)
+    return np.unique(key, axis=0, return_inverse=True)[1].ravel()

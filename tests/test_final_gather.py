@@ -1,0 +1,79 @@
+"""Meters read together by paths: right in the mean, as wide as they say, and as long as was asked."""
+
+import numpy as np
+import pytest
+from scipy.stats.qmc import Sobol
+
+import renderer
+from renderer.readings.final_gather import REPLICAS as GATHERED
+from renderer.readings.final_gather import gather
+from renderer.readings.photometer import place
+from renderer.solving.refine import solve_and_read
+from renderer.transport.direct.direct import direct_on_patches
+from renderer.transport.direct.lamp_samples import sampled_direct
+from renderer.transport.radiosity.agglomerate import agglomerated
+from renderer.transport.rays.sampling import REPLICAS, Nets, _directions
+
+UP = np.array([0.0, 0.0, 1.0])
+CRATE = {"shape": "box", "position": [0.5, 1.0, 0.0], "size": [1.2, 0.7, 1.5]}
+
+
+def test_nets_are_sobol_s_and_scrambled_ones_are_nets_too():
+    directions, points = _directions(), np.zeros((64, 7), dtype=np.int64)
+    for k in range(6):
+        points[1 << k:2 << k] = points[:1 << k] ^ directions[:7, k]
+    ours = {tuple(p) for p in points}
+    assert ours == {tuple(p) for p in (Sobol(7, bits=30, scramble=False).random(64) * 2**30).astype(int)}
+    drawn = Nets(256, 2, (3, 1), 2).draw(0, 3).reshape(-1, 256, 2)
+    for net in drawn:  # one point in each of 16 × 16 cells
+        assert len(np.unique((net * 16).astype(int) @ [16, 1])) == 256
+
+
+def test_light_drawn_on_patches_is_that_of_the_closed_form(room):
+    transport = renderer.solve(room(0.5, objects=[CRATE]), "rgb", 0.05).transport
+    mesh, exchange = transport.mesh, transport.exchange
+    drawn, lost = sampled_direct(mesh, exchange, transport.luminaires, transport.ray_scene, (0, 2), REPLICAS)
+    exact, _ = direct_on_patches(mesh, exchange, transport.luminaires, transport.ray_scene, (0, 3), REPLICAS)
+    apart = drawn.mean(axis=0) - exact.mean(axis=0)
+    error = np.sqrt(drawn.var(axis=0, ddof=1) / REPLICAS + exact.var(axis=0, ddof=1) / REPLICAS)
+    lit = exact.mean(axis=0) > 1e-3 * exact.max()
+    # 5 % lie past Student's 95 %, within the error of such a count.
+    assert np.mean(np.abs(apart[lit]) > 2.4 * error[lit] + 1e-3 * exact.max()) < 0.08
+    assert exchange.areas @ drawn.mean(axis=0) == pytest.approx(1.0, abs=1e-12)
+    assert np.abs(lost).max() < 0.01
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3])
+def test_paths_say_what_elements_say(room, steps):
+    solution = renderer.solve(room(0.5, objects=[CRATE]), "rgb", 0.02)
+    spots = [(3.0, 3.0, 0.0), (0.3, 1.5, 0.0), (1.9, 1.2, 0.75)]
+    seen = gather(solution.transport, [place(solution.transport, np.array(x), UP, "") for x in spots], 1024,
+                  steps=steps)
+    lux = seen.read(solution.reflectance, solution.flux, [solution.radiosity]).sum(axis=2)
+    lux = lux @ solution.bands.luminous
+    error = lux.std(axis=0, ddof=1) / np.sqrt(GATHERED)
+    for k, spot in enumerate(spots):
+        exact = solution._by_elements(spot, UP, "")
+        assert abs(lux[:, k].mean() - exact.total_lx) < 3 * np.hypot(error[k], exact.uncertainty / 2)
+
+
+def test_groups_exchange_what_their_patches_do(room):
+    transport = renderer.solve(room(0.5, objects=[CRATE]), "rgb", 0.05).transport
+    groups = agglomerated(transport.mesh, transport.exchange)
+    assert groups.exchange.areas.sum() == pytest.approx(transport.exchange.areas.sum(), rel=1e-12)
+    assert groups.exchange.matrix.sum(axis=1) == pytest.approx(groups.exchange.areas, rel=1e-9, abs=1e-12)
+    assert np.abs(groups.exchange.matrix - groups.exchange.matrix.T).max() < 1e-12
+    assert 1.25 <= groups.longer < 4
+
+
+def test_what_is_asked_is_what_paths_are_followed_for(room):
+    scene, spots = room(0.5, objects=[CRATE]), [((3.0, 3.0, 0.0), UP, "a"), ((0.3, 1.5, 0.0), UP, "b")]
+    rays, readings = [], []
+    for accuracy in (0.1, 0.01, 0.004):
+        solution, found = solve_and_read(scene, "rgb", accuracy, spots=spots)
+        assert all(r.uncertainty <= accuracy * r.total_lx for r in found)
+        rays.append(solution.transport.rays)
+        readings.append(found)
+    assert rays[0] < rays[1] < rays[2]
+    for loose, fine in zip(readings[0], readings[2], strict=True):
+        assert abs(loose.total_lx - fine.total_lx) <= loose.uncertainty + fine.uncertainty
