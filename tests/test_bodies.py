@@ -157,3 +157,16 @@ def test_meters_on_a_sheet_read_the_side_they_face(scene):
     distance = np.linalg.norm([1.5, 1.5, 1.7])
     assert lit.direct_lx == pytest.approx(10000 / (4 * np.pi) * 1.5 / distance**3, rel=1e-6)
     assert shaded.direct_lx == 0
+
+
+def test_a_solid_of_two_materials_is_one_solid(scene):
+    crate = trimesh.creation.box(bounds=[[1, 1, 0], [2, 2, 1]])
+    level = np.abs(crate.face_normals[:, 2]) > 0.5
+    halves = [trimesh.Trimesh(crate.vertices, crate.faces[side], process=False) for side in (level, ~level)]
+    whole = scene(box((1.5, 1.5, 0), (2, 2, 0.5)))
+    both = replace(whole, bodies=[*(Body(f"half {k}", half) for k, half in enumerate(halves)), *whole.bodies],
+                   materials=[*whole.materials, *whole.materials[:2]])
+    areas = exposed_areas(both)
+    assert areas["half 0"] == pytest.approx(1, rel=1e-9)
+    assert areas["half 1"] == pytest.approx(4 - 2 * 0.25, rel=1e-9)
+    assert areas["floor"] == pytest.approx(16 - 1 - 4 + 0.25, rel=1e-9)

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from renderer.scene.flat import Parts, Polygon, flat_parts, polygon, rectilinear
 from renderer.scene.geometry import Rectangle
@@ -106,14 +108,17 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
     for index, parts in enumerate(room.surfaces.values()):
         whole.append(parts)
         faces += _faces(index, 0, parts)
-    for index, body in enumerate(bodies, len(whole)):
-        pieces = components(body.mesh)
-        parts = [body.parts] if len(pieces) == 1 else [flat_parts(piece) for piece in pieces]
-        for piece, own in zip(pieces, parts, strict=True):
-            if body.closed:
-                shells.append(Shell(np.asarray(piece.triangles), 1, float(piece.volume < 0) * -1.0))
-            faces += _faces(index, len(shells) - 1 if body.closed else -1, own)
-        whole.append(body.parts)
+    pieces = [(index, piece) for index, body in enumerate(bodies) for piece in components(body.mesh)]
+    count = np.bincount([index for index, _ in pieces], minlength=len(bodies))
+    of_solid = _solids([piece if bodies[index].closed else None for index, piece in pieces])
+    for solid in range(of_solid.max(initial=-1) + 1):
+        own = [piece for (_, piece), k in zip(pieces, of_solid, strict=True) if k == solid]
+        volume = trimesh.triangles.mass_properties(np.concatenate([p.triangles for p in own])).volume
+        shells.append(Shell(np.concatenate([p.triangles for p in own]), 1, -1.0 if volume < 0 else 0.0))
+    for (index, piece), solid in zip(pieces, of_solid, strict=True):
+        parts = bodies[index].parts if count[index] == 1 else flat_parts(piece)
+        faces += _faces(len(whole) + index, int(solid) + 1 if solid >= 0 else -1, parts)
+    whole += [body.parts for body in bodies]
     return _Arrangement(room.scale, shells, faces).exposed(whole)
 
 
@@ -124,6 +129,26 @@ def components(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
         return [mesh]
     return [trimesh.Trimesh(mesh.vertices, mesh.faces[labels == k], process=False)
             for k in range(labels.max() + 1)]
+
+
+def _solids(pieces: list[trimesh.Trimesh | None]) -> np.ndarray:
+    """The solid of each piece of a closed body (k,), −1 for None: pieces of several materials that meet at
+    their open edges are one solid."""
+    links, at = [], {}
+    for index, piece in enumerate(pieces):
+        if piece is None:
+            continue
+        alone = trimesh.grouping.group_rows(piece.edges_sorted, require_count=1)
+        for ends in piece.vertices[piece.edges_sorted[alone]]:
+            key = tuple(sorted(tuple(end) for end in ends))
+            links.append((at.setdefault(key, index), index))
+    asked = [index for index, piece in enumerate(pieces) if piece is not None]
+    one, other = np.array(links, dtype=int).reshape(-1, 2).T
+    graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(len(pieces), len(pieces)))
+    group = connected_components(graph, directed=False)[1] if pieces else np.zeros(0, dtype=int)
+    solid = np.full(len(pieces), -1)
+    solid[asked] = np.unique(group[asked], return_inverse=True)[1]
+    return solid
 
 
 def _faces(surface: int, shell: int, parts: Parts) -> list[_Face]:
