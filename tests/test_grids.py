@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from math import ceil, log10
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from conftest import PANEL
 
 import renderer
+from renderer.pictures.isolux import interpolated
 from renderer.readings.grid import summarise
 from renderer.readings.uncertainty import ORDER
 from renderer.scene.grids import Grid, cells, largest_cell
@@ -165,6 +167,29 @@ def test_extremes_are_read(room, grid, flux):
 def test_what_is_no_grid(room, change, message):
     with pytest.raises(renderer.InputError, match=message):
         room(0.5, grids=[{**PLANE, **change}])
+
+
+def test_contours_follow_interpolated_light_between_the_points(room):
+    scene = room(0.5, luminaires=[PANEL], grids=[{**PLANE, "spacing": 0.5}])
+    reading = read_grid(renderer.solve(scene, "rgb", accuracy=0.2), scene.grids[0])
+    places, lux = interpolated(reading)
+    n_u, n_v = reading.grid.counts
+    assert lux.shape == ((n_v - 1) * 8 + 1, (n_u - 1) * 8 + 1)
+    np.testing.assert_allclose(places[::8, ::8].reshape(-1, 3), reading.grid.points, atol=1e-9)
+    np.testing.assert_allclose(lux[::8, ::8].ravel(), reading.total, rtol=1e-6)  # through every point
+    assert lux.min() >= reading.total.min() - 1e-9
+    assert lux.max() <= reading.total.max() + 1e-9
+
+
+def test_contours_stop_where_no_point_was_read(room):
+    scene = room(0.5, luminaires=[PANEL], grids=[{**PLANE, "spacing": 0.5}])
+    reading = read_grid(renderer.solve(scene, "rgb", accuracy=0.2), scene.grids[0])
+    row = reading.read.copy()
+    row[reading.grid.counts[0]:] = False  # one row of points: no plane lies under them
+    one = replace(reading, read=row, direct=reading.direct[row], indirect=reading.indirect[row])
+    _, lux = interpolated(one)
+    assert np.isfinite(lux[0]).all()
+    assert np.isnan(lux[-1]).all()
 
 
 def test_two_grids_need_two_names(room):

@@ -80,14 +80,19 @@ def _show_readings(cases: list, accuracy: float | None) -> None:
                                "ratio to first room", "off from 31 bands"], rows)
 
 
-def report(*scenes: str, solving: Solving | None = None, output: Output | None = None) -> None:
+def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False,
+           solving: Solving | None = None, output: Output | None = None) -> None:
     """Rooms in one HTML file to look at and to read with a photometer, in RGB and in 31 bands.
 
     Parameters
     ----------
     scenes
-        Scene files or names of packaged rooms; without any, the deck's grey and red rooms.
+        Scene files or names of packaged rooms; without any, a grey room, one in a red paint, one in pure red.
+    client
+        Instead, for each room <scene>_client.html, and .pdf where a browser is found: luminaires, materials,
+        grids, glare, and what of the scene's [[requirements]] is met.
     """
+    from renderer.readings.finding import headline
     from renderer.scene.reading import load
     from renderer.studies.report import save, solve_rooms
     from renderer.system.files import output_folder
@@ -99,6 +104,9 @@ def report(*scenes: str, solving: Solving | None = None, output: Output | None =
     for scene in loaded:
         warn_before(scene, solving.accuracy)
     out = output_folder(output.out)
+    if client:
+        _client_reports(loaded, solving, out, output.quiet)
+        return
     with progress_shown(output.quiet) as progress:
         rooms = solve_rooms(loaded, solving.accuracy, solving.seed, solving.store(), progress)
         file, notes = save(rooms, _said(loaded, solving), out, progress)
@@ -109,6 +117,25 @@ def report(*scenes: str, solving: Solving | None = None, output: Output | None =
         say(note)
     show_laws([room.solutions["31"] for room in rooms])
     print(f"{file}: {file.stat().st_size / 1e6:.1f} MB, opens in any browser")
+    show_findings([headline([room.finding for room in rooms])])
+
+
+def _client_reports(scenes: list, solving: Solving, out, quiet: bool) -> None:
+    from renderer.studies.client_report import client_report
+
+    files, sentences = [], []
+    for scene in scenes:
+        with progress_shown(quiet) as progress:
+            room, written = client_report(scene, solving.accuracy, solving.seed, solving.store(), out,
+                                          progress)
+        files += written
+        if written[-1].suffix != ".pdf":
+            say(f"no browser was found to print {written[-1]}; open it in one and print it.")
+        asked = [check for check in room.checks if check.verdict != "met"]
+        sentences += room.record.get("finding", [])
+        sentences += [f"{scene.title}: {check.of}, {check.key}: {check.verdict}." for check in asked]
+    list_files(files, out)
+    show_findings(sentences)
 
 
 def _said(scenes: list, solving: Solving) -> str:

@@ -12,8 +12,12 @@ from renderer.scene.scene import Scene
 
 LEVELS = 8
 """About so many contours."""
-NUMBERS = 240
-"""Most points whose value is written beside them."""
+FINER, NEIGHBOURS = 8, 400
+"""Places from one point to the next at which light is interpolated, and points that each comes from."""
+NUMBER_WIDTH, NUMBER_HEIGHT = 22.0, 9.0
+"""Of a point's number, with some air [points]."""
+SMALL = 0.35
+"""A grid shorter than this share of the room is shown with its surroundings only."""
 FINE_MESH = 20_000
 """An object of more faces is drawn as its hull."""
 LEVEL = 0.9
@@ -28,16 +32,18 @@ def save_isolux(scene: Scene, reading: GridReading, path: Path) -> Path:
     inches = np.clip(np.array([width, height]) * 7.2 / max(width, height), (4.4, 2.6), None)
     figure = new_figure(inches[0] + 1.9, inches[1] + 1.7, f"{scene.title}: {grid.name}", dpi=110)
     axes = figure.add_subplot()
-    filled = _draw_light(axes, reading, axes_of)
-    if filled is not None:
-        figure.colorbar(filled, ax=axes, label="illuminance [lx]", shrink=0.8, pad=0.02)
+    drawn = _draw_light(axes, reading, axes_of)
+    if drawn is not None:
+        figure.colorbar(drawn[0], ax=axes, label="illuminance [lx]", shrink=0.8, pad=0.02)
     _draw_room(axes, scene, grid, axes_of)
     axes.set_title(_caption(reading), fontsize=9.5)
     plan = axes_of[2, 2] == 1
     axes.set(aspect="equal", xlabel="x [m]" if plan else "across, from the grid's corner [m]",
              ylabel="y [m]" if plan else "up [m]")
     axes.margins(0.03)
+    _zoom(axes, reading, axes_of, _flat(scene.room.corners, grid, axes_of))
     figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    _write_numbers(figure, axes, reading, axes_of, drawn and drawn[1])
     return saved(figure, path)
 
 
@@ -73,32 +79,94 @@ def _flat(points: np.ndarray, grid: Grid, axes_of: np.ndarray) -> np.ndarray:
 
 
 def _draw_light(axes, reading: GridReading, axes_of: np.ndarray):
-    """Filled contours, lines with their lux, and each point's own number; what the colours are, if any."""
+    """Filled contours of interpolated light, and their lines; None where all light is alike."""
     grid = reading.grid
-    shape = grid.counts[::-1]
-    lux = np.full(len(reading.read), np.nan)
-    lux[reading.read] = reading.total
-    places = _flat(grid.points, grid, axes_of)
-    filled = None
-    if min(shape) > 1 and np.ptp(reading.total) > 1e-6 * reading.most.value:
+    drawn = None
+    if min(grid.counts) > 1 and np.ptp(reading.total) > 1e-6 * reading.most.value:
         from matplotlib.ticker import MaxNLocator
 
         levels = MaxNLocator(LEVELS).tick_values(reading.least.value, reading.most.value)
-        surface = (*places.reshape(*shape, 2).transpose(2, 0, 1), np.ma.masked_invalid(lux.reshape(shape)))
+        places, lux = interpolated(reading)
+        surface = (*np.moveaxis(_flat(places, grid, axes_of), -1, 0), np.ma.masked_invalid(lux))
         filled = axes.contourf(*surface, levels=levels, cmap="YlOrBr", alpha=0.75, zorder=1)
-        lines = axes.contour(*surface, levels=levels, colors="#7a3b00", linewidths=0.9, zorder=3)
-        axes.clabel(lines, fmt="%g", fontsize=8, inline=True)
-    written = np.zeros(shape, dtype=bool)
-    step = max(1, int(np.ceil(np.sqrt(lux.size / NUMBERS))))
-    written[::step, ::step] = True
-    for place, value in zip(places[written.ravel() & reading.read], lux[written.ravel() & reading.read],
-                            strict=True):
-        axes.annotate(_lux(value), place, ha="center", va="center", fontsize=6.5, color="#202020", zorder=4,
-                      bbox={"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.65})
+        drawn = filled, axes.contour(*surface, levels=levels, colors="#7a3b00", linewidths=0.9, zorder=3)
     ring = grid.corner + np.array([0 * grid.u, grid.u, grid.u + grid.v, grid.v, 0 * grid.u])
     axes.plot(*_flat(ring, grid, axes_of).T, color="#707070", lw=0.8, ls=":", zorder=2,
               label="area of the grid")
-    return filled
+    return drawn
+
+
+def interpolated(reading: GridReading) -> tuple[np.ndarray, np.ndarray]:
+    """Places (k_v, k_u, 3) [m] from the first to the last point each way, and the light there [lx]: a thin
+    plate through the points read, kept between their extremes; NaN where the nearest point was not read."""
+    from scipy.interpolate import RBFInterpolator
+    from scipy.spatial import cKDTree
+
+    grid = reading.grid
+    n_u, n_v = grid.counts
+    across, up = ((0.5 + np.linspace(0, n - 1, (n - 1) * FINER + 1)) / n for n in (n_u, n_v))
+    t, s = np.meshgrid(up, across, indexing="ij")
+    places = grid.corner + s[..., None] * grid.u + t[..., None] * grid.v
+    fine = np.column_stack([(s * n_u).ravel(), (t * n_v).ravel()])  # in cells, so that both ways count alike
+    centres = np.array([(i + 0.5, j + 0.5) for j in range(n_v) for i in range(n_u)])
+    near = cKDTree(centres).query(fine)[1]
+    kernel = {"kernel": "linear", "degree": 0} if _in_line(reading) else {"kernel": "thin_plate_spline"}
+    plate = RBFInterpolator(centres[reading.read], reading.total,
+                            neighbors=min(NEIGHBOURS, int(reading.read.sum())), **kernel)
+    lux = np.clip(plate(fine), reading.total.min(), reading.total.max())
+    return places, np.where(reading.read[near], lux, np.nan).reshape(s.shape)
+
+
+def _in_line(reading: GridReading) -> bool:
+    """Whether the points read lie on one line: no plane lies under a plate then."""
+    places = np.argwhere(reading.read.reshape(reading.grid.counts[::-1]))
+    return np.linalg.matrix_rank(places - places[0]) < 2
+
+
+def _write_numbers(figure, axes, reading: GridReading, axes_of: np.ndarray, lines) -> None:
+    """Each point's own number where there is room, then the contours' lux where they cover none."""
+    figure.draw_without_rendering()
+    to_paper = axes.transData.transform
+    places = to_paper(_flat(reading.grid.points, reading.grid, axes_of))
+    width, height = (figure.dpi / 72 * x for x in (NUMBER_WIDTH, NUMBER_HEIGHT))
+    taken: list[np.ndarray] = []
+    for index, value in zip(np.flatnonzero(reading.read), reading.total, strict=True):
+        at = places[index]
+        if _free(at, taken, width, height):
+            taken.append(at)
+            axes.annotate(_lux(value), axes.transData.inverted().transform(at), ha="center", va="center",
+                          fontsize=6.5, color="#202020", zorder=4,
+                          bbox={"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.5})
+    if lines is None:
+        return
+    for level, pieces in zip(lines.levels, lines.allsegs, strict=True):
+        for piece in pieces:
+            path = to_paper(piece)
+            if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < 3 * width:
+                continue
+            order = np.argsort(np.abs(np.arange(len(path)) - len(path) / 2), kind="stable")
+            spot = next((path[k] for k in order if _free(path[k], taken, 1.15 * width, 1.3 * height)), None)
+            if spot is not None:
+                taken.append(spot)
+                axes.annotate(f"{level:g}", axes.transData.inverted().transform(spot), ha="center",
+                              va="center", fontsize=8, color="#7a3b00", zorder=5, weight="bold",
+                              bbox={"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8})
+
+
+def _free(at: np.ndarray, taken: list[np.ndarray], width: float, height: float) -> bool:
+    """Whether a label in the middle of a box (width, height) overlaps none of those taken."""
+    return not any(abs(at[0] - x) < width and abs(at[1] - y) < height for x, y in taken)
+
+
+def _zoom(axes, reading: GridReading, axes_of: np.ndarray, room: np.ndarray) -> None:
+    """Show a grid that is small in its room (k, 2) with what is around it, not lost in the whole plan."""
+    corners = _flat(reading.grid.corner + np.array([0 * reading.grid.u, reading.grid.u, reading.grid.v,
+                                                    reading.grid.u + reading.grid.v]), reading.grid, axes_of)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    if (high - low).max() < SMALL * np.ptp(room, axis=0).max():
+        margin = 0.5 * (high - low).max()
+        middle, reach = (low + high) / 2, (high - low).max() / 2 + margin
+        axes.set(xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach))
 
 
 def _draw_room(axes, scene: Scene, grid: Grid, axes_of: np.ndarray) -> None:

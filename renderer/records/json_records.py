@@ -182,6 +182,8 @@ def of_run(solution: Solution, accuracy: float, seconds: float) -> dict:
         "scene": solution.scene.title,
         "bands": solution.bands.name,
         "accuracy": accuracy,
+        "maintenance_factor": solution.scene.project.maintenance_factor,
+        "values": "initial" if solution.scene.project.maintenance_factor == 1 else "maintained",
         "patches": len(transport.mesh.patches),
         "closure_error": transport.exchange.closure_error,
         "reciprocity_error": transport.exchange.reciprocity_error,

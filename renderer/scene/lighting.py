@@ -1,5 +1,6 @@
 """A scene's luminaires from its tables: their files, arrays, spectra, and places in the room."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,11 @@ from renderer.scene.room import INSIDE_TOLERANCE, Room, outside, refuse_outside
 from renderer.scene.schema import LuminaireTable
 
 
-def resolve_luminaires(tables: list[LuminaireTable], room: Room,
-                       path: Path) -> tuple[list[Luminaire], list[Spectrum], list[str]]:
+def resolve_luminaires(tables: list[LuminaireTable], room: Room, path: Path,
+                       factor: float = 1.0) -> tuple[list[Luminaire], list[Spectrum], list[str]]:
     """Every luminaire, its lamp's relative spectrum, and the faults of their files, in sentences.
 
-    Raises InputError.
+    factor : maintenance factor, what is left of new luminaires' lumens. Raises InputError.
     """
     luminaires, lamps, faults, read = [], [], [], {}
     for index, table in enumerate(tables):
@@ -36,7 +37,7 @@ def resolve_luminaires(tables: list[LuminaireTable], room: Room,
         names = [luminaire.name for luminaire in made for _ in luminaire.extremes]
         for k in np.flatnonzero(outside(extremes, room.shell, INSIDE_TOLERANCE * room.scale))[:1]:
             refuse_outside(room, extremes[k], f"{where} {names[k]!r} reaches", "Move or shrink it")
-        luminaires += made
+        luminaires += made if factor == 1 else [replace(one, lumens=factor * one.lumens) for one in made]
         lamps += [_lamp(table, path, where)] * len(made)
     return luminaires, lamps, faults
 

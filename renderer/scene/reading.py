@@ -16,6 +16,7 @@ from renderer.errors import InputError
 from renderer.scene.grids import make_grids
 from renderer.scene.lighting import resolve_luminaires
 from renderer.scene.objects import place
+from renderer.scene.project import ProjectTable, checked_requirements
 from renderer.scene.room import Room, box_room, outline_room, refuse_outside, spelt, winding
 from renderer.scene.room_from_mesh import mesh_room
 from renderer.scene.scene import STAND_OFF, Scene
@@ -60,8 +61,9 @@ def revised(scene: Scene, before: dict, table: dict) -> Scene:
     materials = {name: _material(name, m, checked.solver.upsampling, path)
                  for name, m in checked.materials.items()}
     lit = scene.luminaires, scene.lamps, scene.faults
+    factor = (checked.project or ProjectTable()).maintenance_factor
     if before.get("luminaires") != table.get("luminaires"):
-        lit = resolve_luminaires(checked.luminaires, scene.room, path)
+        lit = resolve_luminaires(checked.luminaires, scene.room, path, factor)
     return replace(scene, title=checked.title, luminaires=lit[0], lamps=lit[1], faults=lit[2],
                    materials=[materials.get(m.name, m) for m in scene.materials], solver=checked.solver)
 
@@ -170,7 +172,8 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
         bodies += placed.bodies
         of_bodies += placed.materials
         said += placed.said
-    luminaires, lamps, faults = resolve_luminaires(table.luminaires, room, path)
+    project = table.project or ProjectTable()
+    luminaires, lamps, faults = resolve_luminaires(table.luminaires, room, path, project.maintenance_factor)
     for key in ("photometers", "spot_meters", "observers"):
         for index, entry in enumerate(getattr(table, key)):
             refuse_outside(room, np.array(entry.position), f"{path}: {key}[{index}].position is",
@@ -180,7 +183,8 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
                        "Move it into the room")
     return Scene(table.title, path, room, bodies, faces + of_bodies, luminaires, lamps,
                  table.photometers, make_grids(table.photometer_grids, room, path), table.spot_meters,
-                 table.observers, table.camera, table.solver, faults, said)
+                 table.observers, table.camera, table.solver, faults, said, project,
+                 checked_requirements(table, path))
 
 
 def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> Material:

@@ -16,8 +16,15 @@ from renderer.scene.exposed import Exposed, exposed_parts
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.grids import Grid
 from renderer.scene.luminaires.luminaire import Luminaire
+from renderer.scene.project import ProjectTable, RequirementTable
 from renderer.scene.room import Room
-from renderer.scene.schema import CameraTable, ObserverTable, PhotometerTable, SolverTable, SpotMeterTable
+from renderer.scene.schema import (
+    CameraTable,
+    ObserverTable,
+    PhotometerTable,
+    SolverTable,
+    SpotMeterTable,
+)
 from renderer.system.lazy import cached_property
 
 STAND_OFF = 4e-6
@@ -80,6 +87,8 @@ class Scene:
     lamps : relative spectral power, one per luminaire
     faults : of the luminaires' photometric files, in sentences
     files : how model files were read, and which colours are theirs, in sentences
+    project : what a report says of it; its maintenance factor is in the luminaires' lumens
+    requirements : what a report holds readings against
     """
 
     title: str
@@ -97,6 +106,8 @@ class Scene:
     solver: SolverTable
     faults: list[str] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
+    project: ProjectTable = field(default_factory=ProjectTable)
+    requirements: list[RequirementTable] = field(default_factory=list)
 
     @property
     def size(self) -> np.ndarray:

@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from renderer.colour.bands import BAND_SETS
 from renderer.colour.upsampling import UPSAMPLING
 from renderer.scene.model_files.read import UNITS
+from renderer.scene.project import ProjectTable, RequirementTable
 
 FARTHEST = 1e9
 """Largest coordinate or length [m]; the smallest length is its inverse."""
@@ -118,6 +119,7 @@ class LuminaireTable(Table):
     intensity: Amount | None = None
     spectrum: str | None = None
     cct: Annotated[float, Field(strict=True, ge=1000, le=25000)] | None = None
+    watts: Amount | None = None
 
     @model_validator(mode="after")
     def _shape(self):
@@ -301,4 +303,6 @@ class SceneTable(Table):
     spot_meters: list[SpotMeterTable] = []
     observers: list[ObserverTable] = []
     camera: CameraTable | None = None
+    project: ProjectTable | None = None
+    requirements: list[RequirementTable] = []
     solver: SolverTable = SolverTable()

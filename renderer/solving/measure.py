@@ -100,9 +100,12 @@ def _mean_luminances(solution: Solution) -> np.ndarray:
 
 
 def rate_glare(solution: Solution, position, direction, name: str = "observer") -> Glare:
-    """Rate the glare of an observer whose eye at a point (3,) [m] looks along (3,). Raises InputError."""
+    """Rate the glare of an observer whose eye at a point (3,) [m] looks along (3,), with new luminaires: the
+    maintenance factor does not enter. Raises InputError."""
     direction = np.asarray(direction, dtype=float)
     seen = solution.photometer(position, direction, name)
-    indirect = Figure(f"{name}: indirect illuminance", seen.indirect_lx, seen.mesh_error, seen.sampling_error)
-    return rate(solution.transport, solution.flux @ solution.bands.luminous, name, seen.position,
+    new = 1 / solution.scene.project.maintenance_factor
+    indirect = Figure(f"{name}: indirect illuminance", new * seen.indirect_lx, new * seen.mesh_error,
+                      new * seen.sampling_error)
+    return rate(solution.transport, new * solution.flux @ solution.bands.luminous, name, seen.position,
                 direction / np.linalg.norm(direction), indirect, f"{solution.scene.path}: observer {name!r}")

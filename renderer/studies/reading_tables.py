@@ -9,9 +9,16 @@ def number(value: float | None, form: str) -> str:
     return "–" if value is None else format(value, form)
 
 
+def _title(record: dict) -> str:
+    """The run that a table is of, and whether its values are maintained."""
+    said = "" if record["values"] == "initial" else \
+        f", maintained values (maintenance factor {record['maintenance_factor']:g})"
+    return f"{record['scene']}, {record['bands']} bands, {record['patches']} patches{said}"
+
+
 def photometer_tables(record: dict) -> list[Table]:
     """Illuminance, colour and α-opic light of each photometer; the figures of each grid."""
-    title = f"{record['scene']}, {record['bands']} bands, {record['patches']} patches"
+    title = _title(record)
     tables = []
     if record["readings"]:
         tables += [_illuminance(title, record), _colour(record)]
@@ -95,7 +102,7 @@ def photometer_rows(record: dict) -> list[dict]:
 
 def luminance_tables(record: dict) -> list[Table]:
     """What spot meters read, and the mean of each surface."""
-    title = f"{record['scene']}, {record['bands']} bands, {record['patches']} patches"
+    title = _title(record)
     spots = [[s["name"], "pixel" if s["angle_deg"] is None else f"{s['angle_deg']:g}°",
               f"{s['luminance_cd_m2']:.2f}", f"± {s['uncertainty_cd_m2']:.2g}"] for s in record["spots"]]
     means = [[s["name"], f"{s['luminance_cd_m2']:.2f}", f"± {s['uncertainty_cd_m2']:.2g}"]
@@ -114,7 +121,7 @@ def luminance_rows(record: dict) -> list[dict]:
 
 def glare_tables(record: dict) -> list[Table]:
     """Each observer's rating, then what each is dazzled by, the worst first."""
-    title = f"{record['scene']}, {record['bands']} bands, {record['patches']} patches"
+    title = _title(record)
     ratings = [[g["name"], number(g["ugr"], ".2f"), f"± {number(g['uncertainty'], '.1g')}",
                 f"{g['background_luminance_cd_m2']:.2f}", g["reason"] or "; ".join(g["notes"])]
                for g in record["observers"]]

@@ -1,0 +1,74 @@
+"""Readings held against what a scene asks, the error bars considered."""
+
+from dataclasses import dataclass
+
+from renderer.readings.glare import Glare
+from renderer.readings.grid import GridReading
+from renderer.scene.scene import Scene
+
+NAMES = {"mean_lx": ("mean illuminance", "lx", ".0f"), "min_lx": ("least illuminance", "lx", ".0f"),
+         "uniformity": ("uniformity U₀", "", ".2f"), "ugr": ("glare, UGR", "", ".1f"),
+         "cri": ("colour rendering, Ra", "", ".0f"), "melanopic_edi_lx": ("melanopic EDI", "lx", ".0f")}
+AT_MOST = ("ugr",)
+"""What must not be more than is asked; all else must not be less."""
+MET, NOT_MET, OPEN = "met", "not met", "within the error bar"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One requirement: what is asked of what, what is read there, and whether it is met.
+
+    value, bar : None where there is none, as colour rendering in the dark
+    """
+
+    of: str
+    key: str
+    asked: float
+    value: float | None
+    bar: float
+
+    @property
+    def verdict(self) -> str:
+        """Met or not by more than the error bar; open where the bar decides."""
+        if self.value is None:
+            return NOT_MET
+        spare = (self.asked - self.value) if self.key in AT_MOST else (self.value - self.asked)
+        if abs(spare) < self.bar:
+            return OPEN
+        return MET if spare >= 0 else NOT_MET
+
+
+def check_requirements(scene: Scene, records: dict[str, dict], grids: list[GridReading],
+                       ratings: list[Glare]) -> list[Check]:
+    """Every requirement of a scene.
+
+    records : of the photometers and of the observers' eyes, by name, as from `reading_record`
+    """
+    areas = {grid.grid.name: grid for grid in grids}
+    rated = {glare.name: glare for glare in ratings}
+    found = []
+    for entry in scene.requirements:
+        for key, asked in entry.asked.items():
+            value, bar = _read(entry.of, key, records, areas, rated)
+            found.append(Check(entry.of, key, asked, value, bar))
+    return found
+
+
+def _read(of: str, key: str, records: dict, areas: dict, rated: dict) -> tuple[float | None, float]:
+    """The value of a requirement's key, and its 95 % half-width."""
+    if key == "ugr":
+        return rated[of].rating, rated[of].uncertainty or 0.0
+    if of in areas and key in ("mean_lx", "min_lx", "uniformity"):
+        grid = areas[of]
+        if key == "uniformity":
+            return grid.uniformity, grid.uniformity_error or 0.0
+        figure = grid.mean if key == "mean_lx" else grid.least
+        return figure.value, figure.uncertainty
+    lux = records[of]["illuminance_lx"]
+    if key in ("mean_lx", "min_lx"):
+        return lux["total"], lux["uncertainty"]
+    if key == "cri":
+        return records[of]["cri_ra"], 0.0
+    melanopic = records[of]["melanopic_edi_lx"]
+    share = lux["uncertainty"] / lux["total"] if lux["total"] > 0 else 0.0
+    return melanopic, share * (melanopic or 0.0)
