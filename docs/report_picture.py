@@ -14,7 +14,7 @@ from selenium import webdriver
 from selenium.webdriver import ActionChains
 
 DOCS = Path(__file__).parent
-WIDTH, HEIGHT = 1280, 1480
+WIDTH, HEIGHT = 1400, 900
 
 options = webdriver.ChromeOptions()
 options.binary_location = shutil.which("chromium")
@@ -27,10 +27,9 @@ browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
 browser.get((DOCS.parent / "outputs" / "report.html").resolve().as_uri())
 while not browser.execute_script("return document.documentElement.dataset.ready"):
     time.sleep(0.1)
-browser.find_element("css selector", "[name=mode][value=pseudocolour]").click()
-browser.find_element("id", "fit").click()
-frame = browser.find_element("css selector", "#b .frame")
-ActionChains(browser, duration=0).move_to_element_with_offset(frame, -90, 90).click().perform()
+browser.find_elements("css selector", "#tiles button")[1].click()
+frame = browser.find_element("css selector", "#a .frame")
+ActionChains(browser, duration=0).move_to_element_with_offset(frame, -150, 190).perform()
 shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png"})["data"]
 browser.quit()
 picture = Image.open(io.BytesIO(base64.b64decode(shot))).convert("RGB")
