@@ -185,7 +185,7 @@ def test_names_are_text_and_nothing_is_loaded(nasty):
     text, notes = nasty
     page = Tags(text)
     assert not {tag for tag, _ in page.tags} & {"i", "img", "iframe", "link", "object"}
-    assert [tag for tag, _ in page.tags].count("b") == 2  # the legend's and the plan's own
+    assert [tag for tag, _ in page.tags].count("b") == 4  # two legends', a tile's and the plan's own
     assert len(page.scripts) == 4
     assert not [a for tag, a in page.tags if tag != "a" and {"src", "href", "srcset", "action"} & set(a)]
     policy = next(a["content"] for tag, a in page.tags if a.get("http-equiv"))
