@@ -47,6 +47,15 @@ def test_several_rooms_make_one_sentence_the_wrong_ones_first():
                     "the grey room is right.")
 
 
+def test_rooms_that_are_right_are_so_and_one_may_be_wrong_somewhere():
+    mixed = Finding("Office", [Comparison("desk", 103.0, 100.0, 60.0, 0.1),
+                               Comparison("shelf", 97.0, 100.0, 30.0, 0.1)])
+    right = [room(title, 100.0) for title in ("Grey room", "White room", "Black room")]
+    assert headline(right) == "RGB is right in the grey room, the white room and the black room."
+    assert headline([mixed, right[0]]) == (
+        "In RGB the office is right on average, 3.0 % too bright at worst; the grey room is right.")
+
+
 def test_one_room_says_where_and_what_is_direct():
     assert headline([room("Blue room", 97.0)]) == (
         "RGB makes the blue room 3.0 % too dark at floor centre, where 60 % of the light is direct.")
@@ -80,7 +89,7 @@ def test_rooms_without_light_or_reading_say_so():
     dark = Finding("Cellar", [Comparison("floor", 0.0, 0.0, 0.0, 0.0)])
     assert dark.sentence.startswith("No light arrives at the photometers of “Cellar”")
     assert headline([dark, room("Grey room", 100.0)]) == (
-        "In RGB the grey room is right; no light arrives at the photometers of “Cellar”.")
+        "RGB is right in the grey room; no light arrives at the photometers of “Cellar”.")
     assert Finding("Cellar", []).percent is None
 
 

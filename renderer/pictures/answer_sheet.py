@@ -14,18 +14,22 @@ HEAD = 42
 """Pixels of the finding's type."""
 BRIGHT, DARK, RIGHT = "#8a3d00", "#4b2a86", "#16191c"
 """Ink for RGB too bright, too dark and right: the ends of the difference's colours, darkened to be read."""
+OUTLINE = 150
+"""Grey of surfaces' edges among the differences, 0 … 255."""
 LEAST_LIMIT = 1.0
 """Smallest end of the scale of differences [%]: below it rooms are alike."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One room: pictures (height, width, 3) in RGB and in 31 bands, where RGB is too bright [%] (height,
-    width), NaN where there is no light, the photometers' places, and the finding."""
+    """One room: pictures (height, width, 3) in RGB and in 31 bands; by how much RGB is too bright [%]
+    (height, width), NaN where there is no light; edges of surfaces (height, width), without which a room where all is
+    alike would be blank; the photometers' places; the finding."""
 
     rgb: np.ndarray
     spectral: np.ndarray
     difference: np.ndarray
+    edges: np.ndarray
     marks: list[tuple[float, float]]
     finding: Finding
 
@@ -57,7 +61,9 @@ def save_answer(rows: list[Row], path: Path) -> Path:
         y = start + k * (tall + GAP)
         name = broken(row.finding.title, 36, LABEL - 16)
         canvas.text(MARGIN, y + tall / 2, "\n".join(name), 36, va="center", weight="bold")
-        pictures = (row.rgb, row.spectral, difference_colours(row.difference, limit))
+        differ = difference_colours(row.difference, limit)
+        differ[row.edges] = OUTLINE
+        pictures = (row.rgb, row.spectral, differ)
         for left, pixels in zip(x, pictures, strict=True):
             canvas.picture(_fitted(left, y, wide, tall, pixels), pixels, row.marks)
         _numbers(canvas, right, y + tall / 2, row.finding)

@@ -81,11 +81,16 @@ def encode(linear: np.ndarray) -> np.ndarray:
 def outlined(grey: np.ndarray, surface: np.ndarray) -> np.ndarray:
     """A monochrome picture (height, width, 3) of reflectances with the edges of surfaces drawn."""
     picture = np.repeat(encode(grey)[..., None], 3, axis=-1)
+    picture[edges(surface)] = 20
+    return picture
+
+
+def edges(surface: np.ndarray) -> np.ndarray:
+    """Pixels (height, width) next to another surface above or to the left."""
     edge = np.zeros(surface.shape, dtype=bool)
     edge[1:] |= surface[1:] != surface[:-1]
     edge[:, 1:] |= surface[:, 1:] != surface[:, :-1]
-    picture[edge] = 20
-    return picture
+    return edge
 
 
 def save_png(pixels: np.ndarray, path: Path, marks: list[tuple[float, float]]) -> Path:

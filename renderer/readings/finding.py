@@ -143,18 +143,21 @@ def headline(findings: Sequence[Finding]) -> str:
     if len(findings) == 1:
         return findings[0].sentence
     wrong = [f"{room_name(f.title)} {f.amount}" for f in findings if f.claimed]
-    right = [room_name(f.title) for f in findings if f.percent is not None and not f.claimed]
+    mixed = [f"{room_name(f.title)} is right on average, {in_words(f.worst.percent)} at worst"
+             for f in findings if not f.claimed and f.worst is not None]
+    right = [room_name(f.title) for f in findings if f.percent is not None and not f.claimed and not f.worst]
     dark = [room_name(f.title) for f in findings if f.percent is None]
-    parts = []
-    if wrong:
-        parts.append("RGB makes " + listed(wrong))
+    parts = ["RGB makes " + ", ".join(wrong)] if wrong else []
+    if right and not wrong and not mixed:
+        parts.append(f"RGB is right in {listed(right)}")
+        right = []
+    parts += mixed
     if right:
-        said = f"{listed(right)} {'is' if len(right) == 1 else 'are'} right"
-        parts.append(said if wrong else f"in RGB {said}")
+        parts.append(f"{listed(right)} {'is' if len(right) == 1 else 'are'} right")
     if dark:
         parts.append(f"no light arrives at the photometers of {listed(dark)}")
     text = "; ".join(parts) + "."
-    return text[0].upper() + text[1:]
+    return text if wrong or not mixed else f"In RGB {text}"
 
 
 def in_words(percent: float) -> str:
@@ -191,5 +194,5 @@ def room_name(title: str) -> str:
 
 
 def listed(items: Sequence[str]) -> str:
-    """Words in a row: a; a, b; a, b, c."""
-    return ", ".join(items)
+    """Words in a row: a; a and b; a, b and c."""
+    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)

@@ -11,7 +11,7 @@ from renderer.pictures.answer_sheet import Row, save_answer
 from renderer.pictures.camera import View, look
 from renderer.pictures.deck_sheet import save_deck
 from renderer.pictures.exr import save_luminance, save_spectral
-from renderer.pictures.image import Exposure, exposure, outlined, save_png, tone_map, white_balance
+from renderer.pictures.image import Exposure, edges, exposure, outlined, save_png, tone_map, white_balance
 from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW, legend, pseudocolour, scale_top
 from renderer.pictures.sheet import Column, save_sheet
 from renderer.pictures.three_d import patches, save_view, save_vtp
@@ -104,7 +104,8 @@ def _rows(seen: list[Shown], found: list[Finding], shared: Look) -> list[Row]:
         rgb, spectral = by_stem[stem, "rgb"], by_stem[stem, "31"]
         pictures = [tone_map(one.total @ shared.balance, shared.exposed) for one in (rgb, spectral)]
         rows.append(Row(*pictures, differences(rgb.total[..., 1], spectral.total[..., 1]),
-                        spectral.view.marks(spectral.case.solution.scene), titles[spectral.case.title]))
+                        edges(spectral.view.surface), spectral.view.marks(spectral.case.solution.scene),
+                        titles[spectral.case.title]))
     return rows
 
 
