@@ -8,6 +8,7 @@ import pytest
 from renderer.readings.finding import (
     Comparison,
     Finding,
+    at,
     headline,
     in_words,
     rgb_error_percent,
@@ -95,6 +96,8 @@ def test_rooms_without_light_or_reading_say_so():
 
 def test_titles_are_named_as_in_a_sentence():
     assert room_name("L-shaped room") == "the L-shaped room"
+    assert room_name("My room") == "my room"
+    assert (at("floor centre"), at("on the desk")) == ("at floor centre", "on the desk")
     assert room_name("Büro 3, Nordseite") == "“Büro 3, Nordseite”"
 
 
@@ -116,6 +119,6 @@ def test_a_photometer_says_it_and_agrees_with_rgb_itself(here, tmp_path):
     (one,), (other,) = spectral["readings"], rgb["readings"]
     wanted = 100 * (other["illuminance_lx"]["total"] / one["illuminance_lx"]["total"] - 1)
     assert one["rgb_error_percent"] == pytest.approx(wanted, abs=2e-3)  # both solved to 2e-6 at least
-    assert other["rgb_error_percent"] is None  # RGB alone does not know 31 bands
-    assert "finding" not in rgb
+    assert other["rgb_error_percent"] == pytest.approx(wanted, abs=2e-3)
+    assert spectral["finding"] == rgb["finding"]
     assert "too bright at floor centre" in spectral["finding"][0]

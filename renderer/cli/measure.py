@@ -36,10 +36,11 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     normal
         The direction the meter faces, as x,y,z; with --at; else up.
     """
-    from renderer.records.json_records import solution_record
+    from renderer.records.json_records import solution_record, take_comparison
     from renderer.scene.reading import load
     from renderer.solving.measure import read_grid
     from renderer.solving.refine import solve_until
+    from renderer.solving.solution import solve_on
     from renderer.studies.grid_files import save_grid
     from renderer.studies.reading_tables import photometer_rows, photometer_tables
     from renderer.system.files import output_folder
@@ -64,6 +65,11 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
         asked = solving.accuracy or loaded.solver.accuracy
         files = [file for area in areas for file in save_grid(loaded, solution.bands.name, area, out)]
         record = solution_record(solution, readings, asked, time.perf_counter() - started, areas)
+        if solution.bands.name == "rgb":  # held against 31 bands on the same transport
+            beside = solve_on(loaded, loaded.band_set("31"), solution.plan, solution.store,
+                              solution.transport)
+            in_31, areas_in_31 = read(beside)[0]
+            take_comparison(record, solution_record(beside, in_31, asked, 0.0, areas_in_31))
     warn(solution, figures, asked)
     print_as(form, record, photometer_tables(record), photometer_rows(record))
     if form == "table":

@@ -7,7 +7,7 @@ import numpy as np
 
 from renderer.pictures.canvas import READABLE, WIDTH, Canvas, broken
 from renderer.pictures.pseudocolour import difference_colours, difference_map
-from renderer.readings.finding import Finding, digits, headline, in_words, signed
+from renderer.readings.finding import Finding, at, digits, headline, in_words, signed
 
 MARGIN, GAP, LABEL, NUMBERS = 36, 14, 290, 370
 HEAD = 42
@@ -23,8 +23,8 @@ LEAST_LIMIT = 1.0
 @dataclass(frozen=True)
 class Row:
     """One room: pictures (height, width, 3) in RGB and in 31 bands; by how much RGB is too bright [%]
-    (height, width), NaN where there is no light; edges of surfaces (height, width), without which a room where all is
-    alike would be blank; the photometers' places; the finding."""
+    (height, width), NaN where there is no light; edges of surfaces (height, width), without which a room
+    where all is alike would be blank; the photometers' places; the finding."""
 
     rgb: np.ndarray
     spectral: np.ndarray
@@ -98,7 +98,7 @@ def _numbers(canvas: Canvas, x: float, y: float, finding: Finding) -> None:
     if len(finding.lit) > 1:
         canvas.text(x, y - 14, f"mean of {len(finding.lit)} readings", READABLE, color="#50565c")
         lines = [] if one is None else [f"worst: {in_words(one.percent)}",
-                                        *broken(f"at {one.name}", 25, NUMBERS)[:2]]
+                                        *broken(at(one.name), 25, NUMBERS)[:2]]
         canvas.text(x, y + 26, "\n".join(lines), READABLE)
         return
     canvas.text(x, y - 6, "RGB\n31 bands", READABLE)
@@ -115,8 +115,8 @@ def _scale(canvas: Canvas, x: float, y: float, wide: float, limit: float) -> Non
     axes = canvas.axes(x, y, wide, 24)
     axes.imshow(np.linspace(0, 1, 512)[None], cmap=difference_map(), aspect="auto")
     axes.set(yticks=[], xticks=[])
-    for at, text, side in ((x, f"−{digits(limit)} %", "left"), (x + wide / 2, "alike", "center"),
-                           (x + wide, f"+{digits(limit)} %", "right")):
-        canvas.text(at, y + 30, text, READABLE, ha=side)
+    for place, text, side in ((x, f"−{digits(limit)} %", "left"), (x + wide / 2, "alike", "center"),
+                              (x + wide, f"+{digits(limit)} %", "right")):
+        canvas.text(place, y + 30, text, READABLE, ha=side)
     canvas.text(x - GAP, y - 2, "RGB too dark", READABLE, ha="right")
     canvas.text(x + wide + 30, y - 2, "RGB too bright", READABLE)

@@ -11,6 +11,10 @@ ROOM_KINDS = frozenset((
     "library", "lobby", "museum", "office", "room", "shop", "stage", "studio", "ward", "workshop"))
 """Last words of a title after which a sentence says "the office", not “Office”."""
 
+OWNED = frozenset(("my", "our", "the", "a", "an"))
+PREPOSITIONS = frozenset(("above", "at", "behind", "below", "beside", "between", "in", "inside", "near", "on",
+                          "outside", "over", "under"))
+
 
 def rgb_error_percent(rgb: float, spectral: float) -> float | None:
     """100 (RGB ÷ 31 bands − 1) [%] of two illuminances [lx]; None where no light arrives."""
@@ -123,7 +127,7 @@ class Finding:
             return f"No light arrives at the photometers of {room}: RGB cannot be compared with 31 bands."
         if self.worst is None:
             return self._right(room)
-        where = f"at {self.worst.name}, where {share(self.worst)} of the light is direct"
+        where = f"{at(self.worst.name)}, where {share(self.worst)} of the light is direct"
         if len(self.lit) == 1 and not self.extremes:
             return f"RGB makes {room} {in_words(self.worst.percent)} {where}."
         mean = f"RGB makes {room} {self.amount} on average" if self.claimed else \
@@ -190,7 +194,13 @@ def room_name(title: str) -> str:
     if not words or len(words) > 4 or words[-1].lower() not in ROOM_KINDS:
         return f"“{title}”"
     first = title[0].lower() if title[1:2].islower() else title[0]
-    return f"the {first}{title[1:]}"
+    named = words[0].lower() in OWNED
+    return f"{'' if named else 'the '}{first}{title[1:]}"
+
+
+def at(name: str) -> str:
+    """A photometer's place in a sentence: "at floor centre", "on the desk", "under the table"."""
+    return name if name.split()[:1] and name.split()[0].lower() in PREPOSITIONS else f"at {name}"
 
 
 def listed(items: Sequence[str]) -> str:

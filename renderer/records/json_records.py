@@ -142,6 +142,16 @@ def solution_record(solution: Solution, readings: list[Reading], accuracy: float
             "grids": [grid_record(grid) for grid in grids], **_finding_record(solution, readings, grids)}
 
 
+def take_comparison(record: dict, spectral: dict) -> None:
+    """Write into a record in RGB what the record of the same meters in 31 bands says of RGB."""
+    for kind in ("readings", "grids"):
+        for own, other in zip(record[kind], spectral[kind], strict=True):
+            own["rgb_error_percent"] = other["rgb_error_percent"]
+            if kind == "grids":
+                own["points"]["rgb_error_percent"] = other["points"]["rgb_error_percent"]
+    record.update({key: spectral[key] for key in ("finding",) if key in spectral})
+
+
 def _finding_record(solution: Solution, readings: list[Reading], grids: list[GridReading]) -> dict:
     """`finding`, one sentence in a list, where RGB is known beside 31 bands."""
     found = room_finding(solution.scene.title, readings, grids)
