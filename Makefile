@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow docs pictures gallery tradeoff validation examples three clean
+.PHONY: compare test lint slow docs pictures gallery tradeoff validation examples study three clean
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -42,6 +42,14 @@ tradeoff: $(VENV)/installed
 	for room in grey_room red_room furnished_room; do \
 		$(BIN)/renderer tradeoff $$room --quiet > /dev/null && \
 		cp outputs/$${room}_tradeoff.png docs/pictures/tradeoff_$$room.png || exit 1; done
+	$(BIN)/python docs/insert.py
+
+# How much RGB matters in rooms, for docs/answer.md: some half an hour on two quiet cores.
+study: $(VENV)/installed
+	$(BIN)/renderer study
+	for figure in within rule models colour reds; do \
+		cp outputs/study_$$figure.png docs/pictures/ || exit 1; done
+	mkdir -p docs/data && cp outputs/study_readings.csv.gz outputs/study.json docs/data/
 	$(BIN)/python docs/insert.py
 
 gallery: $(VENV)/installed

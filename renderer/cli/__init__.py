@@ -19,10 +19,24 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
           "measures the difference.", version_flags=["--version"], help_format="plaintext",
           suppress_keyboard_interrupt=False)
-for command in (show.compare, show.report, viewing.view, show.render, show.pseudocolour,
-                measure.photometer, measure.luminance, measure.ugr, studies.validate,
-                studies.spectrum, studies.gamut, studies.tradeoff, sweeping.sweep, luminaires.luminaire,
-                planning.plan):
+for command in (
+    show.compare,
+    show.report,
+    viewing.view,
+    show.render,
+    show.pseudocolour,
+    measure.photometer,
+    measure.luminance,
+    measure.ugr,
+    studies.validate,
+    studies.spectrum,
+    studies.gamut,
+    studies.tradeoff,
+    sweeping.sweep,
+    sweeping.study,
+    luminaires.luminaire,
+    planning.plan,
+):
     app.command(command)
 app.command(planning.cache)
 

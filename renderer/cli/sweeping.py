@@ -41,3 +41,35 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
     print(f"{read.path}: {total} rooms, {now} of them solved now")
     list_files(files, out)
     show_findings(sweep_finding(files[0]))
+
+
+def study(
+    *, rooms: int = 300, seed: int = 0, output: Output | None = None, scheduler: str | None = None
+) -> None:
+    """How much RGB matters in rooms: many drawn rooms, three palettes of paints, fifteen lamps, nine models.
+
+    Some half an hour on two cores; interrupted, it goes on where it was. docs/answer.md says what came out.
+
+    Parameters
+    ----------
+    rooms
+        Rooms drawn, beside the packaged ones.
+    seed
+        Of the rooms and their paints.
+    scheduler
+        The address of a Dask scheduler, on whose workers the rooms are solved.
+    """
+    from renderer.studies.rgb_in_rooms.report import write_report
+    from renderer.studies.rgb_in_rooms.run import read_rooms, run_study
+    from renderer.system.files import output_folder
+
+    output = output or Output()
+    out = output_folder(output.out)
+    try:
+        with progress_shown(output.quiet) as progress:
+            folder = run_study(rooms, seed, out, scheduler, progress)
+            progress("study: tables and figures")
+            files = write_report(list(read_rooms(folder)), out)
+    except KeyboardInterrupt:
+        leave_interrupted("rooms already done are kept, and the same command goes on from there")
+    list_files(files, out)

@@ -42,6 +42,14 @@ def load(path: str | Path) -> Scene:
     return _resolve(_validated(_parsed(path), path), path)
 
 
+def resolved(table: dict, path: Path) -> Scene:
+    """The scene of a table with the keys of a scene file; files that it names lie beside `path`.
+
+    Raises InputError.
+    """
+    return _resolve(_validated(table, path), path)
+
+
 def load_table(path: str | Path) -> tuple[Scene, dict]:
     """The same, and the file's own table, for `revised`. Raises InputError."""
     scene = load(path)

@@ -149,14 +149,14 @@ def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
                for k in range(0, len(cases), size)]
     total, finished = len(study), len(study) - len(todo)
     progress(f"{study.path.name}: {finished} of {total} rooms are done already")
-    for results in _on_cluster(batches, scheduler) if scheduler and batches else _on_cores(batches):
+    for results in on_cluster(batches, scheduler) if scheduler and batches else on_cores(batches):
         journal.add(results)
         finished += len(results)
         progress(f"{study.path.name}: {finished} of {total} rooms")
     return [_table(study, journal, table)], len(todo), total
 
 
-def _on_cores(batches: list[Batch]) -> Iterator[list]:
+def on_cores(batches: list) -> Iterator[list]:
     """Results of batches as they come; where a worker dies, what it had is given to another."""
     left, deaths = dict(enumerate(batches)), 0
     workers = max(1, min(os.cpu_count() or 1, len(batches)))
@@ -209,13 +209,13 @@ def _heed_parent() -> None:
     Thread(target=end_with_it, daemon=True).start()
 
 
-def _on_cluster(batches: list[Batch], scheduler: str) -> Iterator[list]:
+def on_cluster(batches: list, scheduler: str) -> Iterator[list]:
     """The same on Dask workers, which have this program installed and see the same files."""
     with connected(scheduler) as client:
         yield from as_done([client.submit(_run, batch, pure=False, retries=TRIES) for batch in batches])
 
 
-def _run(batch: Batch) -> list:
+def _run(batch) -> list:
     return batch.run()
 
 

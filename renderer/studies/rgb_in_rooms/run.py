@@ -1,0 +1,202 @@
+"""The study's work: one room at a time, on every core or on Dask workers, each kept as it is done."""
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.scene.reading import load, resolved
+from renderer.scene.scene import Scene
+from renderer.solving.transport_store import Progress
+from renderer.studies.rgb_in_rooms.drawn_rooms import drawn_room
+from renderer.studies.rgb_in_rooms.gains import RoomGains, room_gains
+from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS, REFERENCE, Model, models_under
+from renderer.studies.rgb_in_rooms.palettes import Painting, one_paint, paintings
+from renderer.studies.sweep_runs import on_cluster, on_cores
+from renderer.system.cache import program
+from renderer.system.files import whole_file
+
+PACKAGED = ("grey_room", "furnished_room", "l_shaped", "office", "classroom", "gallery")
+"""Packaged rooms, with the study's paints, lamps and meters; the red rooms have the grey one's shape."""
+PAINTINGS = (4, 4, 4)
+"""Paintings of each room: architectural, accent, extreme."""
+PATCHES, RAYS = 450, 128
+"""Patches of a room, about, and rays a patch where something can stand between two."""
+CHECKED = 10
+"""Every tenth room is solved again with patches half as long and other rays: the numerical error."""
+NODES = 16
+"""Chebyshev points in reflectance at which a room of one paint is solved."""
+
+
+@dataclass(frozen=True)
+class RoomTask:
+    """One room of the study. number : of a drawn room, or −k for the k-th packaged one; seed : of the study;
+    fine : on the finer mesh"""
+
+    number: int
+    seed: int
+    fine: bool = False
+
+    @property
+    def name(self) -> str:
+        """The name of its file."""
+        return f"{self.number:+05d}{'_fine' if self.fine else ''}"
+
+    def run(self) -> list[tuple[str, dict[str, np.ndarray]]]:
+        """Its name, and its arrays."""
+        return [(self.name, studied(self))]
+
+
+def studied(task: RoomTask) -> dict[str, np.ndarray]:
+    """Everything that is known of one room.
+
+    totals : (n_paintings, n_lamps, 1 + n_models, 4) readings per lumen, the reference first; direct : (4,);
+    spectral, coarse : (n_paintings, 4, n_bands) indirect gains of 61 and of 31 bands; one_paint : (4, NODES)
+    indirect gains of the room in one paint, at Chebyshev points of its reflectance; mean_rgb :
+    (n_paintings, 3) mean reflectance of all surfaces by area, linear BT.709; palette, name, paint, kind
+    """
+    scene, kind = _scene(task)
+    size = float(np.sqrt(scene.room.area / PATCHES)) / (2 if task.fine else 1)
+    empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
+    gains = room_gains(scene, size, 0 if empty else RAYS * (4 if task.fine else 1), task.seed + task.fine)
+    random = np.random.default_rng((task.seed, abs(task.number), task.number < 0))
+    painted = paintings(scene, random, PAINTINGS)
+    lamps = {lamp: models_under(lamp) for lamp in LAMPS}
+    solved = [_solved(gains, lamps, painting) for painting in painted]
+    nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    reflecting = one_paint(scene, np.ones(81), "", "", 0).curves[:, :1]
+    return {
+        "totals": np.array([each[0] for each in solved]),
+        "direct": gains.direct,
+        "spectral": np.array([each[1] for each in solved]),
+        "coarse": np.array([each[2] for each in solved]),
+        "one_paint": gains.indirect(reflecting * nodes),
+        "mean_rgb": np.array([_mean_rgb(gains, lamps["D65"]["rgb"], each) for each in painted]),
+        "kind": np.array(kind),
+        **{key: np.array([getattr(each, key) for each in painted]) for key in ("palette", "name", "paint")},
+    }
+
+
+def _mean_rgb(gains: RoomGains, rgb: Model, painting: Painting) -> np.ndarray:
+    """Mean reflectance (3,) of all surfaces by area, linear BT.709; luminaires are black."""
+    areas, surface = gains.transport.exchange.areas, gains.transport.mesh.surface
+    return areas @ rgb.reflectance(painting.curves)[surface] / areas.sum()
+
+
+def _scene(task: RoomTask) -> tuple[Scene, str]:
+    """The room of a task with the study's meters, and its kind."""
+    folder = load(PACKAGED[0]).path.parent
+    if task.number >= 0:
+        table, kind, lighting = drawn_room(task.number, task.seed)
+        return resolved(table, folder / "study.toml"), f"{kind}, {lighting}"
+    name = PACKAGED[-task.number - 1]
+    return _with_meters(load(name)), f"packaged, {name}"
+
+
+def _with_meters(scene: Scene) -> Scene:
+    """A packaged room with the study's meters where they can stand."""
+    from dataclasses import replace
+
+    table, _, _ = drawn_room(2)  # a corridor: nothing stands in it, so every meter is there
+    low, high = scene.room.bounds
+    drawn = np.array(table["room"]["size"])
+    meters = []
+    for meter in table["photometers"]:
+        share = np.array(meter["position"]) / drawn
+        height = meter["position"][2]
+        point = np.array([*(low + share * (high - low))[:2], low[2] + height])
+        where = type(scene.photometers[0]) if scene.photometers else None
+        made = where(name=meter["name"], position=point.tolist(), normal=meter["normal"])
+        if _stands_free(scene, point):
+            meters.append(made)
+    return replace(scene, photometers=meters)
+
+
+def _stands_free(scene: Scene, point: np.ndarray) -> bool:
+    from renderer.scene.room import refuse_outside
+
+    try:
+        refuse_outside(scene.room, point, "meter", "")
+    except InputError:
+        return False
+    return not any(body.mesh.contains([point + [0, 0, 1e-3]])[0] for body in scene.bodies)
+
+
+def _solved(
+    gains: RoomGains, lamps: dict[str, dict[str, Model]], painting: Painting
+) -> tuple[np.ndarray, ...]:
+    """Totals (n_lamps, 1 + n_models, 4) of one painting, and its gains in 61 and in 31 bands."""
+    columns: dict[tuple, np.ndarray] = {}
+    place: dict[tuple[str, str], tuple] = {}
+    for lamp, models in lamps.items():
+        for name, model in models.items():
+            key = (
+                (name, lamp)
+                if name in ("6", "prefiltered")
+                else ("rgb",)
+                if name.startswith("rgb")
+                else (name,)
+            )
+            place[lamp, name] = key
+            if key not in columns:
+                columns[key] = model.reflectance(painting.curves)
+    widths = np.cumsum([each.shape[1] for each in columns.values()])[:-1]
+    parts = dict(zip(columns, np.split(gains.indirect(np.hstack(list(columns.values()))), widths, axis=1),
+                     strict=True))
+    totals = np.array([[gains.direct + parts[place[lamp, name]] @ models[name].shares
+                        for name in (REFERENCE, *MODELS)] for lamp, models in lamps.items()])
+    return totals, parts[REFERENCE,], parts["31",]
+
+
+def run_study(rooms: int, seed: int, out: Path, scheduler: str | None, progress: Progress) -> Path:
+    """Solve what is not solved yet; each room's arrays are a file of a folder under `out`, which is returned.
+
+    rooms : drawn, beside the packaged ones. Raises InputError or SolveError.
+    """
+    folder = out / f"study_{program_and_rule(seed)}"
+    tasks = [RoomTask(-k, seed) for k in range(1, len(PACKAGED) + 1)]
+    for number in range(rooms):
+        tasks.append(RoomTask(number, seed))
+        if number % CHECKED == 0:
+            tasks.append(RoomTask(number, seed, fine=True))
+    todo = [task for task in tasks if not (folder / f"{task.name}.npz").is_file()]
+    finished, total = len(tasks) - len(todo), len(tasks)
+    progress(f"study: {finished} of {total} rooms are done already")
+    for results in on_cluster(todo, scheduler) if scheduler and todo else on_cores(todo):
+        for name, arrays in results:
+            with whole_file(folder / f"{name}.npz") as part, part.open("wb") as file:
+                np.savez_compressed(file, **arrays)
+        finished += len(results)
+        progress(f"study: {finished} of {total} rooms")
+    return folder
+
+
+def program_and_rule(seed: int) -> str:
+    """What the rooms' numbers follow from, as eight letters."""
+    return hashlib.blake2b(f"{program()} {seed}".encode(), digest_size=4).hexdigest()
+
+
+@dataclass(frozen=True)
+class Room:
+    """One room's arrays as `studied` makes them. number; fine; kind and lighting"""
+
+    number: int
+    fine: bool
+    arrays: dict[str, np.ndarray]
+
+    @property
+    def kind(self) -> str:
+        """Its kind and its lighting."""
+        return str(self.arrays["kind"])
+
+
+def read_rooms(folder: Path) -> Iterator[Room]:
+    """The rooms of a folder, the packaged ones first."""
+    for path in sorted(folder.glob("*.npz"), key=lambda p: (p.stem.endswith("_fine"), int(p.stem[:5]))):
+        with np.load(path, allow_pickle=False) as file:
+            yield Room(int(path.stem[:5]), path.stem.endswith("_fine"), dict(file))
+
+
