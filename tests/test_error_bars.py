@@ -1,7 +1,7 @@
 """Error bars: what they are made of, that they hold, and that the accuracy asked is met."""
 
 from contextlib import suppress
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -193,3 +193,26 @@ def test_a_surface_that_a_coarser_mesh_has_not_is_known_to_all_of_itself_at_best
     assert np.isfinite([figure.uncertainty for figure in found.values()]).all()
     assert found["crate"].uncertainty > 0.5 * found["crate"].value
     assert found["floor"].uncertainty < 0.1 * found["floor"].value
+
+
+def test_light_that_the_solve_left_over_is_in_the_bar(room):
+    """Where hardly anything absorbs it is all that readings err by: 0.90 % off, and the bar said 0.80."""
+    lamp = {"shape": "point", "center": [2, 2, 2.5], "flux": 1000}
+    solution = renderer.solve(room(1 - 1e-12, luminaires=[lamp]), "rgb", 0.05)
+    reading = solution.photometer([2, 2, 0], UP)
+    # Of such a room every place has Φ / S (1 − ρ), and 1 − ρ itself is rounded to 1.1e-16.
+    truth = 1000 / 80 / (1 - (1 - 1e-12))
+    assert reading.uncertainty >= solution.energy_balance_error * reading.total_lx
+    assert abs(reading.total_lx - truth) <= reading.uncertainty
+
+
+def test_a_reading_is_never_below_its_direct_part(room):
+    """Patches of 1.1 m in a room 15 cm high: between vertices light fell below 0, and −0.04 lx was read."""
+    lamps = [{"shape": "point", "center": [0.8, 9.588, 0.085], "flux": 22.9},
+             {"shape": "point", "center": [2.07, 0.773, 0.064], "flux": 178.0}]
+    scene = room(0.9, (5.89, 9.6, 0.15), luminaires=lamps, solver={"patch_size": 1.1},
+                 faces={"ceiling": "mid"}, materials={"mid": {"reflectance": 0.5}})
+    solution = renderer.solve(scene, "rgb", 0.3)
+    for x, y in product(np.linspace(0.3, 5.6, 5), np.linspace(0.4, 9.3, 5)):
+        reading = solution.photometer([x, y, 0.0], UP)
+        assert reading.total_lx >= reading.direct_lx >= 0

@@ -84,14 +84,14 @@ class RadiosityField:
         return int((self.transport.exchange.areas * np.abs(left).sum(axis=1)).argmax())
 
     def read(self, meter: Meter) -> tuple[np.ndarray, np.ndarray]:
-        """Direct irradiance (n_bands,), and what each surface sends (n_surfaces, n_bands)."""
+        """Direct irradiance (n_bands,), and what each surface sends (n_surfaces, n_bands), at least 0."""
         samples = slice(None) if self.sample is None else slice(self.sample, self.sample + 1)
         direct = meter.direct[samples].mean(axis=0) @ self.flux
         sensors = meter.sensors[samples]
         indirect = sum(sensor.direct_radiosity(self.reflectance, self.flux) + sensor.indirect_radiosity(
             self.vertices_read if sensor.about_means else self.vertex_radiosity, self.patch_radiosity)
             for sensor in sensors) / len(sensors)
-        return direct, indirect
+        return direct, self._no_less_than_nothing(indirect)
 
     def read_lx(self, meter: Meter, part: int | None = None) -> np.ndarray:
         """What the luminaires and each surface send [lx] (1 + n_surfaces,), by one part of a meter or all."""
@@ -102,7 +102,14 @@ class RadiosityField:
         indirect = sum(sensor.direct @ once + sensor.means @ patches + sensor.indirect @ (
             self._luminous_read if sensor.about_means else self._luminous_shown)
             for sensor in sensors) / len(sensors)
+        indirect = indirect if part is not None else self._no_less_than_nothing(indirect)
         return np.concatenate([[meter.direct[samples].mean(axis=0) @ flux], indirect])
+
+    def _no_less_than_nothing(self, indirect: np.ndarray) -> np.ndarray:
+        """What surfaces send (n_surfaces, …), at least 0: between vertices light varies about the patches'
+        means, which on patches far larger than a room is high may come out below 0. Parts of the rays keep
+        theirs, since their spread is what counts."""
+        return indirect if self.sample is not None else np.maximum(indirect, 0.0)
 
     @cached_property
     def _luminous(self) -> tuple[np.ndarray, ...]:

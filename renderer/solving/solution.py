@@ -156,12 +156,11 @@ class Solution(RadiosityField):
 
     @property
     def quadrature(self) -> float:
-        """Share of a reading that sums over measured luminaires' openings may err by."""
-        return (
-            OPENING_QUADRATURE_ERROR
-            if any(luminaire.opening for luminaire in self.transport.luminaires)
-            else 0.0
-        )
+        """Share of a reading that may be off on every mesh alike: by sums over measured luminaires' openings,
+        and by light that the solve left over or rounding took, which all readings share where hardly anything
+        absorbs."""
+        opening = any(luminaire.opening for luminaire in self.transport.luminaires)
+        return float(np.hypot(OPENING_QUADRATURE_ERROR if opening else 0.0, self.energy_balance_error))
 
     def _errors(self, at: Callable[[RadiosityField], Meter]) -> tuple[float, float, float]:
         """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the

@@ -181,7 +181,10 @@ def next_event(faces: LampFaces, table: np.ndarray, row: np.ndarray, places: np.
     past, lit = light.copy(), np.flatnonzero(light > 0)
     if ray_scene is not None:
         past[lit] *= ray_scene.clear(places[lit], targets[:, lit].T)
-    near = np.flatnonzero(_dot(reach, reach) < faces.near[face] ** 2)
+    # By the face's middle, whichever place on it was drawn: else near draws alone would give way to the mean,
+    # and the far ones, below it, would stay.
+    apart = faces.start[:, face] + (faces.u[:, face] + faces.v[:, face]) / 2 - points
+    near = np.flatnonzero(_dot(apart, apart) < faces.near[face] ** 2)
     if len(near):  # all of it in closed form, less what the place drawn says is hidden
         whole = polygon_factors(places[near], normals[:, near].T, faces.corners[face[near]])
         past[near] += whole / faces.area[face[near]] - light[near]
