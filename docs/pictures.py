@@ -25,14 +25,15 @@ v = [0, 5.4, 0]
 border = 0.5
 """
 FURNISHED = [f"furnished/comparison/furnished_room_{bands}_d_total.png"
-             for bands in ("rgb", "31")]
+             for bands in ("rgb", "rgb-prefiltered", "31")]
 MADE = {
     "comparison.png": (["compare"], ["comparison.png"]),
     "deck.png": (["compare"], ["deck.png"]),
     "furnished.png": (["render", "furnished_room"], ["furnished_room_31.png"]),
     "furnished_pseudocolour.png": (["pseudocolour", "furnished_room"],
                                    ["furnished_room_31_total_pseudocolour.png"]),
-    "furnished_three.png": (["compare", "furnished_room", "--out", str(OUT / "furnished")], FURNISHED),
+    "furnished_three.png": (["compare", "furnished_room", "--prefiltered", "--out", str(OUT / "furnished")],
+                            FURNISHED),
     "isolux.png": (["photometer", str(OUT / "furnished_with_grid.toml")],
                    ["furnished_with_grid_31_grid_working_plane.png"]),
     "l_shaped.png": (["render", "l_shaped"], ["l_shaped_31.png"]),

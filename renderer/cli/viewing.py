@@ -1,11 +1,15 @@
 """The command that opens a window: view."""
 
+from typing import Annotated
+
+from cyclopts import Parameter
+
 from renderer.cli.options import Output, Solving
 from renderer.cli.terminal import list_files, progress_shown, show, show_laws, warn, warn_before
 
 
-def view(scene: str = "furnished_room", *, solving: Solving | None = None,
-         output: Output | None = None) -> None:
+def view(scene: str = "furnished_room", *, rainbow: Annotated[bool, Parameter(negative="")] = False,
+         solving: Solving | None = None, output: Output | None = None) -> None:
     """A window on one room: turn it, click for a reading, switch to pseudocolour and to RGB by keys.
 
     Readings are said again on the terminal when it is closed. Without a display: renderer report.
@@ -14,7 +18,10 @@ def view(scene: str = "furnished_room", *, solving: Solving | None = None,
     ----------
     scene
         A scene file, or the name of a packaged room.
+    rainbow
+        Pseudocolour in the rainbow's colours; else in viridis, which the colour-blind can read too.
     """
+    from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW
     from renderer.pictures.window.clicks import band_title, numbers
     from renderer.pictures.window.display import refuse_no_display
     from renderer.scene.reading import load
@@ -28,7 +35,7 @@ def view(scene: str = "furnished_room", *, solving: Solving | None = None,
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:
         window = make_window(loaded, solving.bands, solving.accuracy, solving.seed, solving.store(), out,
-                             progress)
+                             progress, RAINBOW if rainbow else COLOUR_MAP)
     warn(window.shown.solutions[0], [], 0.0)
     window.run()
     rows = [[click.place.surface, band_title(solution), numbers(click.place.position),

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from renderer.pictures.pseudocolour import COLOUR_MAP
 from renderer.pictures.window.window import Window, shown
 from renderer.scene.scene import Scene
 from renderer.solving.solution import solve, solve_on
@@ -16,6 +17,7 @@ def make_window(
     store: TransportStore,
     out: Path,
     progress: Progress,
+    palette: str = COLOUR_MAP,
 ) -> Window:
     """Solve a room in the bands asked and in RGB, or in 31 where RGB is asked, and make its window."""
     asked = solve(scene, bands, accuracy, seed, store, progress)
@@ -26,4 +28,4 @@ def make_window(
         _ = solution.mesh_sequence, solution.by_bands
     drawn = shown(solutions, progress)
     progress(f"{scene.title}: the window")
-    return Window(drawn, out)
+    return Window(drawn, out, palette)

@@ -4,7 +4,7 @@ import textwrap
 
 import numpy as np
 
-from renderer.pictures.pseudocolour import LEGEND_WIDTH, legend
+from renderer.pictures.pseudocolour import COLOUR_MAP, LEGEND_WIDTH, legend
 from renderer.pictures.sheet import plain
 
 MARGIN, FONT, LINE = 10, 15, 96
@@ -30,7 +30,7 @@ class Overlay:
         """Show lines in the lower left corner; none hides the box."""
         _write(self.lower, lines)
 
-    def show_legend(self, top: float | None, unit: str) -> None:
+    def show_legend(self, top: float | None, unit: str, palette: str = COLOUR_MAP) -> None:
         """Show a scale from 0 to `top`, or none."""
         height = int(np.clip(self.plotter.window_size[1] - KEYS_HEIGHT, *LEGEND_HEIGHTS))
         if (top, unit, height) == self.scale:
@@ -40,7 +40,7 @@ class Overlay:
             self.plotter.remove_actor(self.legend, render=False)
         self.legend = None
         if top is not None:
-            self.legend = _picture(legend(height, top, unit))
+            self.legend = _picture(legend(height, top, unit, palette))
             self.plotter.add_actor(self.legend, render=False, reset_camera=False)
 
     def come_forward(self) -> None:

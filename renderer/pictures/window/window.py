@@ -10,7 +10,7 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.pictures.camera import Pinhole
 from renderer.pictures.image import exposure, save_png, tone_map, white_balance
-from renderer.pictures.pseudocolour import colour_map, scale_top
+from renderer.pictures.pseudocolour import COLOUR_MAP, colour_map, scale_top
 from renderer.pictures.report.viewpoint import looks
 from renderer.pictures.sheet import plain
 from renderer.pictures.window.clicks import Click, band_title, place_at, said
@@ -89,10 +89,10 @@ class Window:
     shown : what it draws; out : the folder for pictures
     """
 
-    def __init__(self, shown: Shown, out: Path):
+    def __init__(self, shown: Shown, out: Path, palette: str = COLOUR_MAP):
         import pyvista
 
-        self.shown, self.out = shown, out
+        self.shown, self.out, self.palette = shown, out, palette
         self.readings: list[tuple[Solution, Click]] = []
         self.files: list[Path] = []
         self.which, self.place = 0, None
@@ -118,7 +118,8 @@ class Window:
             data.point_data[f"{mode} {k}"] = values
         # lighting off: shading would falsify the colours. Back faces off: the near walls vanish.
         self.room = self.plotter.add_mesh(
-            data, scalars="luminance 0", cmap=colour_map(), n_colors=4096, clim=(0, 1), nan_color="#808080",
+            data, scalars="luminance 0", cmap=colour_map(self.palette), n_colors=4096, clim=(0, 1),
+            nan_color="#808080",
             above_color="white", lighting=False, show_scalar_bar=False, culling="back",
             reset_camera=False, copy_mesh=False)
         self.room.mapper.scalar_map_mode = "point_field"
@@ -180,7 +181,7 @@ class Window:
         mapper.color_mode = "direct" if top is None else "map"
         if top is not None:
             mapper.scalar_range = (0, top)
-        self.overlay.show_legend(top, UNITS.get(self.mode, ""))
+        self.overlay.show_legend(top, UNITS.get(self.mode, ""), self.palette)
         state = f"{self.solution.scene.title}: {band_title(self.solution)}, {self.mode}"
         self.overlay.write_upper([state, *KEYS] if self.helped else [f"{state}    (h: keys)"])
         self.overlay.write_lower([*self.lines, *([self.note] if self.note else [])])
