@@ -71,7 +71,8 @@ def test_photometer_prints_the_contracts_object(run, folder):
                            "bands_solved", "seconds"}
     reading = record["readings"][0]
     assert set(reading) == {"name", "position", "normal", "illuminance_lx", "errors_lx", "xy", "cct_K", "duv",
-                            "melanopic_edi_lx", "spectrum", "cri_ra", "tm30_rf", "tm30_rg", "melanopic_der",
+                            "melanopic_edi_lx", "spectrum", "cri_ra", "cri_r9", "tm30_rf", "tm30_rg",
+                            "melanopic_der",
                             "alpha_opic", "change_from_lamps", "unknown"}
     assert set(reading["illuminance_lx"]) == {"direct", "indirect", "total", "uncertainty"}
     assert record["bands"] == "31"

@@ -112,7 +112,8 @@ def test_what_few_bands_cannot_know_is_null_with_the_reason(here, tmp_path, band
     said = here("photometer", "grey_room", "--bands", bands, "--accuracy", "5%", "--json", "--quiet",
                 cwd=tmp_path)
     reading = json.loads(said.stdout)["readings"][0]
-    unknown = ("xy", "cct_K", "duv", "cri_ra", "tm30_rf", "melanopic_edi_lx", "alpha_opic", "spectrum")
+    unknown = ("xy", "cct_K", "duv", "cri_ra", "cri_r9", "tm30_rf", "melanopic_edi_lx", "alpha_opic",
+               "spectrum")
     assert all(reading[key] is None and "use --bands 31" in reading["unknown"][key] for key in unknown)
     # The panel's cosine exchange with the floor: 4,000 lm, direct light in closed form is test_photometer's.
     assert reading["illuminance_lx"]["total"] == pytest.approx(144.89, abs=0.1)

@@ -1,7 +1,10 @@
 """Band sets: what one number per band stands for, and how bands become light that people see.
 
-In the spectral set a band quantity is power [W]; in the RGB set it is a weighted integral of the
-spectrum, linear BT.709 scaled so that its luminance is in lumens: not spectral radiance.
+In the spectral set a band quantity is the power [W] that light spread evenly over the band would have for the
+lumens there; so a line counts by V at its own wavelength, and `BandSet.watts` says what its power is. In
+the RGB
+set it is a weighted integral of the spectrum, linear BT.709 scaled so that its luminance is in lumens: not
+spectral radiance.
 """
 
 from dataclasses import dataclass
@@ -42,6 +45,8 @@ class BandSet:
     filters : where it is none, weights (471, n_bands) on a reflectance at 360–830 nm, 1 nm; each
         band's add up to 1
     nodes : where it is single wavelengths, these (n_bands,) [nm]; a unit is then a lumen
+    watts : where it is intervals, power [W] of a unit of each band (n_bands,), of a scene's own lamps;
+    None for 1
     """
 
     name: str
@@ -49,6 +54,7 @@ class BandSet:
     xyz: np.ndarray
     filters: np.ndarray | None = None
     nodes: np.ndarray | None = None
+    watts: np.ndarray | None = None
 
     @property
     def knows_spectrum(self) -> bool:

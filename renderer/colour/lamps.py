@@ -1,14 +1,18 @@
 """Lamps: the spectrum of a light source, and the flux it puts into each band."""
 
 import difflib
+from dataclasses import replace
 
 import numpy as np
 
-from renderer.colour.bands import K_M, BandSet, band_average, displayable
+from renderer.colour.bands import K_M, BandSet, displayable
 from renderer.colour.nodes import GRID, luminous_at_1_nm, node_weights
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, cie_illuminants, d65
 from renderer.errors import InputError
+
+DARK = 1e-9
+"""Share of the brightest band below which lamps say nothing about a band."""
 
 
 def illuminants(near: str | None = None) -> list[str]:
@@ -31,13 +35,12 @@ def correlated(cct: float) -> Spectrum:
     """Daylight (CIE D-series) from 4000 K, a black body below: relative power, 360–830 nm."""
     import colour
 
-    shape = colour.SpectralShape(360, 830, 5)
     if cct < 4000:
-        source = colour.sd_blackbody(cct, shape)
+        source = colour.sd_blackbody(cct, colour.SpectralShape(360, 830, 1))
     else:
         # CCTs follow the 1968 radiation constant in which the D series was defined.
         xy = colour.temperature.CCT_to_xy_CIE_D(cct)
-        source = colour.sd_CIE_illuminant_D_series(xy, shape=shape)
+        source = colour.sd_CIE_illuminant_D_series(xy, shape=colour.SpectralShape(360, 830, 5))
     return Spectrum(source.wavelengths, source.values / source.values.max())
 
 
@@ -70,9 +73,63 @@ def dark_outside(spectrum: Spectrum) -> Spectrum:
     return Spectrum(nm, np.concatenate([[0.0], spectrum.values, [0.0]]))
 
 
-def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> np.ndarray:
-    """Flux of a source in each band (n_bands,), averaged over the band; their lumens are `lumens`.
+def power_in_bands(spectrum: Spectrum, edges: np.ndarray) -> np.ndarray:
+    """Relative power (n_bands, 471) in each band, at 360–830 nm, 1 nm; dark outside the samples.
 
+    edges : (n_bands + 1,) [nm], within 360 to 830. What lies between two of those wavelengths is divided
+    between
+    them, but stays in its band.
+    """
+    nm, _ = cie_1931()
+    ended = dark_outside(spectrum)
+    nodes = np.unique(np.concatenate([nm, edges, ended.nm]))
+    nodes = nodes[(nodes >= edges[0]) & (nodes <= edges[-1])]
+    curve = np.interp(nodes, ended.nm, ended.values, left=0.0, right=0.0)
+    half = np.diff(nodes) / 2
+    band = np.searchsorted(edges, nodes[:-1] + half) - 1
+    power, at = np.concatenate([half * curve[:-1], half * curve[1:]]), np.concatenate([nodes[:-1], nodes[1:]])
+    below = np.floor(at - nm[0]).astype(int)
+    above = at - nm[0] - below
+    place = np.tile(band, 2) * (len(nm) + 1) + below
+    size = (len(edges) - 1) * (len(nm) + 1)
+    found = np.bincount(place, power * (1 - above), size)
+    found += np.bincount(place + 1, power * above, size + 1)[:-1]
+    return found.reshape(-1, len(nm) + 1)[:, :-1]
+
+
+def band_watts(spectrum: Spectrum, lumens: float, bands: BandSet) -> np.ndarray:
+    """Power [W] of a source of so many lumens in each interval of wavelengths (n_bands,)."""
+    power = power_in_bands(spectrum, bands.edges)
+    luminous = K_M * float((power @ cie_1931()[1][:, 1]).sum())
+    return power.sum(axis=1) * (lumens / luminous) if luminous > 0 else np.zeros(len(power))
+
+
+def for_lamps(bands: BandSet, lamps: list[Spectrum], lumens: list[float]) -> BandSet:
+    """Bands that are intervals of wavelengths, with X, Z and power of a unit as the lamps together have them.
+
+    Their lumens are exact for each lamp by itself; these are so where the lamps have one spectrum.
+    """
+    _, observer = cie_1931()
+    kinds: dict[int, list] = {}
+    for lamp, amount in zip(lamps, lumens, strict=True):
+        kinds.setdefault(id(lamp), [lamp, 0.0])[1] += amount
+    seen = np.zeros((len(bands.xyz), 4))
+    for lamp, amount in kinds.values():
+        power = power_in_bands(lamp, bands.edges)
+        found = np.column_stack([K_M * (power @ observer), power.sum(axis=1)])
+        seen += found * (amount / found[:, 1].sum() if found[:, 1].sum() > 0 else 0.0)
+    units = seen[:, 1] / bands.luminous
+    lit = units > DARK * units.max(initial=0.0)
+    xyz, watts = bands.xyz.copy(), np.ones(len(units))
+    xyz[lit, 0], xyz[lit, 2] = seen[lit, 0] / units[lit], seen[lit, 2] / units[lit]
+    watts[lit] = seen[lit, 3] / units[lit]
+    return replace(bands, xyz=xyz, watts=watts)
+
+
+def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> np.ndarray:
+    """Flux of a source in each band (n_bands,) in that set's unit; their lumens are `lumens`.
+
+    In intervals of wavelengths each band has the lumens of its own part of the spectrum, V taken at every nm.
     A source is dark outside its samples. Raises InputError where no light falls into the bands.
     """
     nm, observer = cie_1931()
@@ -84,8 +141,7 @@ def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> 
         xyz = power_at_1_nm(spectrum) @ observer
         shares = displayable(np.linalg.lstsq(bands.xyz.T, xyz)[0], xyz[1], weights=bands.luminous)
     else:
-        ended = dark_outside(spectrum)
-        shares = np.clip(band_average(ended.nm, ended.values, bands.edges) * bands.widths, 0.0, None)
+        shares = K_M * (power_in_bands(spectrum, bands.edges) @ observer[:, 1]) / bands.luminous
     luminous = bands.luminous @ shares
     if not luminous > 0:
         raise InputError(f"{where}: the source has no light between {nm[0]:g} and {nm[-1]:g} nm "

@@ -33,12 +33,52 @@ def d65() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def cie_illuminants() -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The CIE illuminants by name: wavelengths (k,) [nm] where each is tabulated, and relative power (k,)."""
+    """The CIE illuminants by name: wavelengths (k,) [nm] where each is tabulated, 1 nm, and relative power
+    (k,).
+
+    Between the tables' 5 nm the D series is linear (CIE 15:2018, 4.1), the others by Sprague's formula
+    (CIE 15:2018, 7.2.1; CIE 167:2005), no less than 0.
+    """
     with (DATA / "cie_illuminants.csv").open(encoding="utf-8") as file:
         _, *names = file.readline().strip().split(",")
     table = _table("cie_illuminants.csv")
-    return {name: (table[known, 0], table[known, column]) for column, name in enumerate(names, 1)
-            for known in [~np.isnan(table[:, column])]}
+    columns = {name: table[~np.isnan(table[:, k])][:, [0, k]].T for k, name in enumerate(names, 1)}
+    fine = {name: np.arange(nm[0], nm[-1] + 0.5) for name, (nm, _) in columns.items()}
+    return {name: (fine[name], np.interp(fine[name], nm, power) if name.startswith(("D", "ID"))
+                   else _not_below_0(_sprague(power, len(fine[name]) // (len(nm) - 1))))
+            for name, (nm, power) in columns.items()}
+
+
+# Sprague's quintic: Σ aⱼ tʲ between the third and the fourth of six values, a = SPRAGUE @ values, and the two
+# values past each end, EXTENDED @ six values (CIE 167:2005, eqs. 3 and 4).
+SPRAGUE = np.array([[0, 0, 24, 0, 0, 0], [2, -16, 0, 16, -2, 0], [-1, 16, -30, 16, -1, 0],
+                    [-9, 39, -70, 66, -33, 7], [13, -64, 126, -124, 61, -12], [-5, 25, -50, 50, -25, 5]]) / 24
+EXTENDED = np.array([[884, -1960, 3033, -2648, 1080, -180], [508, -540, 488, -367, 144, -24]]) / 209
+
+
+def _not_below_0(power: np.ndarray) -> np.ndarray:
+    """Power (n,) whose dips below 0, where the quintic overshoots beside a line, are spread evenly to both
+    sides
+    until the power there absorbs them: its sum and its centre stay where they are."""
+    padded = np.pad(power, 1)
+    while (padded < 0).any():
+        below = np.minimum(padded, 0.0)
+        padded = np.maximum(padded, 0.0)
+        padded[:-1] += below[1:] / 2
+        padded[1:] += below[:-1] / 2
+        padded[[0, -1]] = 0.0
+        padded[np.abs(padded) < 1e-12 * power.max()] = 0.0
+    return padded[1:-1]
+
+
+def _sprague(values: np.ndarray, steps: int) -> np.ndarray:
+    """Evenly spaced values (n,) with so many steps from each to the next (steps (n − 1) + 1,)."""
+    before, after = EXTENDED @ values[:6], EXTENDED[::-1] @ values[:-7:-1]
+    padded = np.concatenate([before, values, after])
+    six = np.lib.stride_tricks.sliding_window_view(padded, 6)
+    t = np.arange(steps) / steps
+    between = (six @ SPRAGUE.T) @ t ** np.arange(6)[:, None]
+    return np.append(between.ravel(), values[-1])
 
 
 @cache

@@ -84,13 +84,17 @@ class View:
 
     def spectral(self, solution: Solution) -> np.ndarray:
         """Spectral radiance (height, width, n_bands) [W m⁻² sr⁻¹ nm⁻¹]."""
-        per_nm = np.diag(1 / solution.bands.widths)
-        return self._added(self._direct(solution, per_nm) + self._indirect(solution, per_nm))
+        bands = solution.bands
+        direct = self._from_lamps(solution, solution.scene.watts(bands), np.diag(1 / bands.widths))
+        return self._added(direct + self._indirect(solution, np.diag(bands.watts / bands.widths)))
 
     def _direct(self, solution: Solution, weights: np.ndarray) -> list[tuple]:
-        reflected = solution.reflectance[:, None, :] * solution.flux[None]
+        return self._from_lamps(solution, solution.flux, weights)
+
+    def _from_lamps(self, solution: Solution, flux: np.ndarray, weights: np.ndarray) -> list[tuple]:
+        reflected = solution.reflectance[:, None, :] * flux[None]
         light = reflected.reshape(-1, reflected.shape[-1]) @ weights
-        return [(self.sensor.direct, light), (self.emitted, solution.flux @ weights)]
+        return [(self.sensor.direct, light), (self.emitted, flux @ weights)]
 
     def _indirect(self, solution: Solution, weights: np.ndarray) -> list[tuple]:
         return [(self.sensor.indirect, solution.vertex_radiosity @ weights)]

@@ -23,7 +23,7 @@ def save_spectral(radiance: np.ndarray, bands: BandSet, path: Path) -> Path:
     """Write spectral radiance (height, width, n_bands) [W m⁻² sr⁻¹ nm⁻¹], with RGB to look at."""
     channels = {f"S0.{nm:.6f}nm".replace(".", ",").replace("S0,", "S0."): radiance[..., k]
                 for k, nm in enumerate(bands.centres)}
-    rgb = radiance @ (bands.widths[:, None] * bands.xyz) @ XYZ_TO_BT709.T
+    rgb = radiance @ (bands.widths[:, None] * bands.xyz / bands.watts[:, None]) @ XYZ_TO_BT709.T
     channels |= {name: rgb[..., k] for k, name in enumerate("RGB")}
     header = {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1",
               "comments": "S0 is spectral radiance in W/(m2 sr nm), the mean over 10 nm; "

@@ -1,16 +1,23 @@
 """What a reading says about colour: chromaticity, temperature, how well its light renders colours."""
 
-import warnings
+from functools import cache
 
 import numpy as np
 
 from renderer.colour.bands import BandSet
 from renderer.colour.tables import cie_1931
+from renderer.readings.rendering import black_body, colour_rendering, uv_1960
 
 FARTHEST = 0.05
 """Distance from the Planckian locus (Duv) past which a correlated colour temperature means nothing
 (CIE 15:2018, 9.4)."""
-COLOUR = ("xy", "cct_K", "duv", "cri_ra", "tm30_rf", "tm30_rg")
+COLDEST, HOTTEST = 1000.0, 100_000.0
+"""Correlated colour temperatures [K] that are said."""
+ROUNDING = 1e-6
+COLDEST_BODY = 300.0
+"""Temperature [K] at which the locus is cut off: by then it is the spectrum's red end."""
+GOLDEN = (np.sqrt(5) - 1) / 2
+COLOUR = ("xy", "cct_K", "duv", "cri_ra", "cri_r9", "tm30_rf", "tm30_rg")
 
 
 def chromaticity(irradiance: np.ndarray, bands: BandSet) -> tuple[float, float] | None:
@@ -22,20 +29,43 @@ def _xy(xyz: np.ndarray) -> tuple[float, float] | None:
     return tuple(float(c) for c in xyz[:2] / xyz.sum()) if xyz.sum() > 0 else None
 
 
+@cache
+def _locus():
+    """The Planckian locus in CIE 1960 u, v as a cubic spline over 1000 K / T, from 0 (infinitely hot) on."""
+    from scipy.interpolate import CubicSpline
+
+    inverse = np.concatenate([np.arange(0.0, 0.01, 0.001), np.geomspace(0.01, 1000 / COLDEST_BODY, 600)])
+    with np.errstate(divide="ignore"):
+        kelvin = 1000 / inverse
+    return CubicSpline(inverse, uv_1960(black_body(kelvin) @ cie_1931()[1]))
+
+
 def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, float | None]:
-    """CCT [K] and Duv (Ohno 2013); None where there is no light or the CCT means nothing."""
+    """CCT [K] and Duv: the nearest point of the Planckian locus in CIE 1960 u, v (Y. Ohno, Leukos 10,
+    2014), and
+    how far off, positive above it. The locus goes from an infinite temperature to the spectrum's red end, so
+    that Duv has a sign everywhere; CCT is None where it means nothing, both where there is no light.
+    """
     if xy is None:
         return None, None
-    from colour.temperature import uv_to_CCT
-
     x, y = xy
     uv = np.array([4 * x, 6 * y]) / (-2 * x + 12 * y + 3)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that the light is past its table: None then
-        cct, duv = (float(v) for v in uv_to_CCT(uv, method="Ohno 2013"))
-    if not np.isfinite([cct, duv]).all():
-        return None, None
-    return (cct if abs(duv) <= FARTHEST and 1000 <= cct <= 100_000 else None), duv
+    locus = _locus()
+    knots = locus.x
+    near = int(np.argmin(((locus(knots) - uv) ** 2).sum(axis=1)))
+    low, high = knots[max(near - 1, 0)], knots[min(near + 1, len(knots) - 1)]
+    for _ in range(60):  # golden section: the distance has one least value between three knots
+        a, b = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        if ((locus(a) - uv) ** 2).sum() < ((locus(b) - uv) ** 2).sum():
+            high = b
+        else:
+            low = a
+    at = (low + high) / 2
+    offset = uv - locus(at)
+    duv = float(np.copysign(np.linalg.norm(offset), offset[1]))  # as ANSI C78.377 has it
+    cct = 1000 / at if at > 1e-12 else np.inf
+    white = abs(duv) <= FARTHEST and COLDEST * (1 - ROUNDING) <= cct <= HOTTEST
+    return (float(cct) if white else None), duv
 
 
 def colour_of(power: np.ndarray) -> dict:
@@ -43,22 +73,6 @@ def colour_of(power: np.ndarray) -> dict:
     means nothing."""
     xy = _xy(power @ cie_1931()[1])
     cct, duv = colour_temperature(xy)
-    ra = rf = rg = None
-    if cct is not None:  # rendering means something for white light only
-        ra, rf, rg = rendering(power)
-    return dict(zip(COLOUR, (None if xy is None else list(xy), cct, duv, ra, rf, rg), strict=True))
-
-
-def rendering(power: np.ndarray) -> tuple[float | None, float | None, float | None]:
-    """CRI R_a (CIE 13.3-1995), TM-30 R_f and R_g (ANSI/IES TM-30-18) of light (471,) at 360–830 nm, 1 nm.
-
-    None for one that such light has not: far from white some hue bins of R_g stay empty.
-    """
-    import colour
-
-    curve = colour.SpectralDistribution(power / power.max(), cie_1931()[0])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that it trims its tables to the lamp's range
-        ra = colour.colour_rendering_index(curve)
-        tm30 = colour.quality.colour_fidelity_index_ANSIIESTM3018(curve, additional_data=True)
-    return tuple(float(x) if np.isfinite(x) else None for x in (ra, tm30.R_f, tm30.R_g))
+    # Rendering means something for white light only.
+    rendering = (None,) * 4 if cct is None else colour_rendering(power, cct)
+    return dict(zip(COLOUR, (None if xy is None else list(xy), cct, duv, *rendering), strict=True))

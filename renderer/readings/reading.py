@@ -11,9 +11,10 @@ from renderer.readings.uncertainty import Figure
 
 @dataclass(frozen=True)
 class Reading:
-    """What a photometer shows; by band (n_bands,) [W m⁻² per band; lx-weighted in RGB].
+    """What a photometer shows; by band (n_bands,), in the band set's unit per m².
 
     power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None where the bands are no spectrum
+    watts : irradiance in each band (n_bands,) [W m⁻²]; likewise
     mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
     band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
     rgb_lx : total illuminance in RGB on the same transport [lx], beside 31 bands; else None
@@ -25,6 +26,7 @@ class Reading:
     direct: np.ndarray
     indirect: np.ndarray
     power: np.ndarray | None
+    watts: np.ndarray | None
     bands: BandSet
     mesh_error: float
     sampling_error: float

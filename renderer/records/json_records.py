@@ -31,7 +31,7 @@ WIDE_CANNOT = "bands wider than 10 nm tell no colour to the accuracy of 31; use 
 RGB_CANNOT = "three bands are weighted integrals, not a spectrum; use --bands 31"
 NO_LIGHT = "no light arrives"
 NOT_WHITE = f"the light is too far from white: Duv over {FARTHEST}, under 1,000 K, or hues missing"
-COMPARED = ("cct_K", "duv", "cri_ra", "tm30_rf", "tm30_rg", "melanopic_der")
+COMPARED = ("cct_K", "duv", "cri_ra", "cri_r9", "tm30_rf", "tm30_rg", "melanopic_der")
 
 
 def lamps_record(scene: Scene) -> dict | None:
@@ -59,7 +59,7 @@ def reading_record(reading: Reading, lamps: dict | None) -> dict:
         light["xy"] = light["xy"] and list(light["xy"])
     elif reading.power is not None:
         spectrum = {"wavelength_nm": bands.centres.tolist(),
-                    "irradiance_W_m2_nm": (reading.total / bands.widths).tolist()}
+                    "irradiance_W_m2_nm": (reading.watts / bands.widths).tolist()}
         opic = {name: {"irradiance_W_m2": float(irradiance), "edi_lx": float(lux)} for name, irradiance, lux
                 in zip(RECEPTORS, alpha_opic(reading.power), equivalent_daylight(reading.power), strict=True)}
         if reading.total_lx > 0:

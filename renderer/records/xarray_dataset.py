@@ -28,7 +28,7 @@ def dataset(solution: Solution):
         solution.irradiance, solution.direct_irradiance, solution.radiosity))
     by_band, axis, unit, per_nm = ("patch", "band"), _bands(solution), WEIGHTED, 1.0
     if bands.edges is not None:
-        by_band, unit, per_nm = ("patch", "wavelength"), SPECTRAL, bands.widths
+        by_band, unit, per_nm = ("patch", "wavelength"), SPECTRAL, bands.widths / bands.watts
         axis = {"wavelength": ("wavelength", bands.centres, _said("wavelength, middle of the band", "nm")),
                 "band_width": ("wavelength", bands.widths, _said("width of the band", "nm"))}
     middle = dict(zip("xyz", mesh.centroid[shown].T, strict=True))

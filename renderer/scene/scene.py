@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 
 from renderer.colour.bands import BandSet, band_set, prefiltered
-from renderer.colour.lamps import band_flux, mean_light, power_at_1_nm
+from renderer.colour.lamps import band_flux, band_watts, for_lamps, mean_light, power_at_1_nm
 from renderer.colour.materials import Material
 from renderer.colour.nodes import luminous_at_1_nm, nodes_for_lamps
 from renderer.colour.spectrum import Spectrum
@@ -140,12 +140,14 @@ class Scene:
         return [lum for lum in self.luminaires if not lum.is_point]
 
     def band_set(self, name: str) -> BandSet:
-        """The band set of that name; "rgb-prefiltered" and "6" are made for this scene's lamps."""
+        """The band set of that name, made for this scene's lamps but for "rgb"."""
         if name == "6":
             lights = [luminous_at_1_nm(power_at_1_nm(lamp)) for lamp in self.lamps]
             return nodes_for_lamps(lights, [lum.lumens for lum in self.luminaires])
         if name != "rgb-prefiltered":
-            return band_set(name)
+            bands = band_set(name)
+            return bands if bands.edges is None else for_lamps(
+                bands, self.lamps, [lum.lumens for lum in self.luminaires])
         return prefiltered(mean_light(self.lamps, [lum.lumens for lum in self.luminaires]))
 
     def reflectance(self, bands: BandSet) -> np.ndarray:
@@ -154,8 +156,15 @@ class Scene:
         black = np.zeros(len(bands.xyz))
         return np.array([once[s.material.name] if s.material else black for s in self.surfaces])
 
+    def watts(self, bands: BandSet) -> np.ndarray:
+        """Power of each luminaire in each interval of wavelengths (n_luminaires, n_bands) [W]."""
+        rows = [band_watts(lamp, lum.lumens, bands)
+                for lum, lamp in zip(self.luminaires, self.lamps, strict=True)]
+        return np.array(rows).reshape(len(rows), len(bands.xyz))
+
     def flux(self, bands: BandSet) -> np.ndarray:
-        """Flux of each luminaire in each band (n_luminaires, n_bands) [W, or lm in RGB]."""
+        """Flux of each luminaire in each band (n_luminaires, n_bands), in that set's unit: lumens are
+        exact."""
         rows = [band_flux(lamp, lum.lumens, bands, f"{self.path}: luminaires {lum.name!r}")
                 for lum, lamp in zip(self.luminaires, self.lamps, strict=True)]
         return np.array(rows).reshape(len(rows), len(bands.xyz))

@@ -54,7 +54,7 @@ class Solution(RadiosityField):
         meter = at(self)
         direct, indirect = self.read(meter)
         return Reading(name, position, normal, direct, indirect.sum(axis=0),
-                       self._power(meter.direct.mean(axis=0), indirect.sum(axis=0)), self.bands,
+                       *self._power(meter.direct.mean(axis=0), indirect.sum(axis=0)), self.bands,
                        *self._errors(at), self._rgb_lx(at))
 
     def _rgb_lx(self, at: Callable[[RadiosityField], Meter]) -> float | None:
@@ -71,16 +71,23 @@ class Solution(RadiosityField):
         return meter_per_transport(lambda transport: own if transport is self.transport else make_meter(
             transport, position, normal, where, own))
 
-    def _power(self, straight: np.ndarray, indirect: np.ndarray) -> np.ndarray | None:
-        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹]: straight from each lamp (n_luminaires,) per
-        lumen exactly, by way of the surfaces as the bands say (n_bands,); None where these know no
+    def _power(self, straight: np.ndarray, indirect: np.ndarray
+               ) -> tuple[np.ndarray, np.ndarray] | tuple[None, None]:
+        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹] and in each band (n_bands,) [W m⁻²]: straight from
+        each lamp (n_luminaires,) per lumen exactly, by way of the surfaces as the bands say (n_bands,); None
+        where these know no
         spectrum."""
         if not self.bands.knows_spectrum:
-            return None
+            return None, None
         lamps = np.array([spectral_flux(lamp, lum.lumens) for lum, lamp in
                           zip(self.scene.luminaires, self.scene.lamps, strict=True)]).reshape(-1, 471)
         reflected = reconstructed(indirect, self.flux.sum(axis=0), lamps.sum(axis=0), self.bands)
-        return straight @ lamps + reflected
+        return straight @ lamps + reflected, straight @ self._lamp_watts + indirect * self.bands.watts
+
+    @cached_property
+    def _lamp_watts(self) -> np.ndarray:
+        """Power of each luminaire in each band (n_luminaires, n_bands) [W]."""
+        return self.scene.watts(self.bands)
 
     def photometers(self) -> list[Reading]:
         """Read the scene's own photometers."""

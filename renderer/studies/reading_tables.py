@@ -41,7 +41,8 @@ def _illuminance(title: str, record: dict) -> Table:
 
 
 COLOURS = (("CCT K", "cct_K", ".0f"), ("Duv", "duv", "+.4f"), ("Ra", "cri_ra", ".1f"),
-           ("Rf", "tm30_rf", ".1f"), ("Rg", "tm30_rg", ".1f"), ("melanopic DER", "melanopic_der", ".3f"))
+           ("R9", "cri_r9", ".0f"), ("Rf", "tm30_rf", ".1f"), ("Rg", "tm30_rg", ".1f"), ("melanopic DER",
+           "melanopic_der", ".3f"))
 
 
 def _colour(record: dict) -> Table:

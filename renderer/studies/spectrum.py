@@ -16,6 +16,7 @@ from renderer.colour.bands import (
 )
 from renderer.colour.lamps import (
     band_flux,
+    band_watts,
     correlated,
     dark_outside,
     illuminant,
@@ -143,9 +144,11 @@ def lamp_record(shown: Shown) -> dict:
     """A lamp: chromaticity, temperature, how well it renders colours, and its bands per 1,000 lm."""
     spectrum = next(iter(shown.curves.values()))
     bands = band_set("31")
-    flux = band_flux(spectrum, 1000.0, bands, "SPECTRUM")
+    band_flux(spectrum, 1000.0, bands, "SPECTRUM")  # refuses one without light there
+    flux = band_watts(spectrum, 1000.0, bands)
     return {"spectrum": shown.title, "kind": "lamp", **colour_of(power_at_1_nm(spectrum)),
             "luminous_efficacy_lm_W": float(1000.0 / flux.sum()),
+            "luminous_efficacy_range_nm": bands.edges[[0, -1]].tolist(),
             "wavelength_nm": bands.centres.tolist(), "power_W_per_1000_lm": flux.tolist()}
 
 
@@ -155,6 +158,7 @@ def table(record: dict) -> Table:
         rows = [["x, y", "{:.4f}, {:.4f}".format(*record["xy"])]]
         rows += [[name, "–" if record[key] is None else form.format(record[key])] for name, key, form in (
             ("CCT K", "cct_K", "{:.0f}"), ("Duv", "duv", "{:+.4f}"), ("CRI Ra", "cri_ra", "{:.1f}"),
+            ("CRI R9", "cri_r9", "{:.1f}"),
             ("TM-30 Rf", "tm30_rf", "{:.1f}"), ("TM-30 Rg", "tm30_rg", "{:.1f}"),
             ("lm/W of radiation, 395–705 nm", "luminous_efficacy_lm_W", "{:.1f}"))]
         rows += [[f"{nm:.0f} nm", f"{value:.5f}"] for nm, value in
