@@ -109,11 +109,11 @@ def test_a_fault_is_refused_in_one_sentence(tmp_path, old, new, words):
     ("wavelength_nm,reflectance\n400,0.1\n390,0.2\n700,0.3", "sort"),
     ("wavelength_nm,reflectance\n400,0.1\n500,red\n", "line 3"),
     ("wavelength_nm,reflectance\n400,0.1\n500,nan\n", "finite"),
-    ("wavelength_nm,reflectance\n", "at least 2"),
+    ("wavelength_nm,reflectance\n", "no rows of numbers"),
     ("wavelength_nm,reflectance\n0.4,0.1\n0.7,0.2\n", "nanometres"),
     ("wavelength_nm,reflectance\n400,0.1\n700,-0.2\n", "from 0 to 1"),
     ("wavelength_nm,reflectance\n500,0.1\n510,0.2\n", "must reach from 420 to 680"),
-    ("wavelength_nm,a,b\n400,0.1,0.3\n700,0.2,0.3\n", "two numbers"),
+    ("wavelength_nm,a,b\n400,0.1,0.3\n700,0.2,0.3\n", "2 spectra"),
 ])
 def test_a_bad_spectrum_is_refused(tmp_path, text, word):
     (tmp_path / "paint.csv").write_text(text)

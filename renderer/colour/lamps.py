@@ -26,7 +26,8 @@ def illuminant(name: str, where: str) -> Spectrum:
     if name == "D65":  # at 1 nm
         return Spectrum(*d65())
     if name not in cie_illuminants():
-        raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a .csv or .spdx file. "
+        raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a spectral file (.csv, .txt, "
+                         f".spdx …). "
                          f"Nearest: {', '.join(illuminants(near=name))}.")
     return Spectrum(*cie_illuminants()[name])
 

@@ -6,8 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from renderer.colour.spectral_text import read_spectral_text
+from renderer.colour.tm27 import read_tm27
 from renderer.errors import InputError
+from renderer.system.charsets import decode
 
+SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".spd", ".spdx", ".sp", ".ti3", ".cgats")
+"""Endings that spectral files have; a name with one of them is a file, and no illuminant."""
+MAX_FILE_BYTES = 16_000_000
 REACH = (420, 680)
 """Wavelengths [nm] a measured reflectance must reach; most files stop at 400 and 700."""
 KINDS = {"a reflectance": ("reflectance", "r-factor", "relative", "other"),
@@ -15,6 +21,9 @@ KINDS = {"a reflectance": ("reflectance", "r-factor", "relative", "other"),
 """What of the quantities of IES TM-27-14 may stand for what is read."""
 NOISE = 0.005
 """Measured reflectances may pass 0 or 1 by this much; they are set to 0 or 1."""
+
+LAMP_NOISE = 0.02
+"""Of a lamp's largest power, by which others may be below 0; they are set to 0."""
 
 
 @dataclass(frozen=True)
@@ -29,36 +38,64 @@ class Spectrum:
     values: np.ndarray
 
 
+def spectral_file(name: str, folder: Path = Path()) -> bool:
+    """Whether a name means a spectral file, by its ending or because it is one."""
+    plain = name.partition("#")[0]
+    return Path(plain).suffix.lower() in SUFFIXES or (bool(Path(plain).suffix) and isfile(folder / plain))
+
+
 def read_spectrum(path: Path, where: str, kind: str) -> Spectrum:
-    """Read a CSV (wavelength_nm,value; one header line at most) or an IES TM-27 .spdx file.
+    """Read a text file of wavelengths and values, CGATS, or an IES TM-27 .spdx file; "file.csv#3" and
+    "file.csv#name" are one of its spectra, where it has several.
 
     `where` names the scene file and key for the message; kind : one of KINDS. Raises InputError.
     """
+    column = None
+    if not isfile(path) and "#" in path.name:
+        name, _, column = path.name.partition("#")
+        path = path.with_name(name) if name else path
     if not isfile(path):  # also of a name too long to be one
         raise InputError(f"{where}: there is no file {str(path)!r}; paths are relative to the "
-                         "scene file. Mend the path.")
-    if path.suffix.lower() == ".spdx":
-        nm, values = _read_spdx(path, where, kind)
-    else:
-        nm, values = _read_csv(path, where)
-    finite = np.isfinite(nm) & np.isfinite(values)
-    if not finite.all():
-        row = int(np.flatnonzero(~finite)[0]) + 1
-        raise InputError(f"{where}: {path.name}: sample {row} is not a finite number. "
-                         "Remove or mend it.")
-    if len(nm) < 2:
-        raise InputError(f"{where}: {path.name} holds {len(nm)} sample(s); at least 2 are needed.")
-    if (np.diff(nm) <= 0).any():
-        row = int(np.flatnonzero(np.diff(nm) <= 0)[0]) + 2
-        raise InputError(f"{where}: {path.name}: the wavelength of sample {row} ({nm[row - 1]:g} "
-                         "nm) does not exceed the one before; sort the samples by wavelength.")
-    if nm[0] < 10 or nm[-1] > 1e5 or np.abs(values).max() > 1e30:
-        raise InputError(f"{where}: {path.name} holds wavelengths from {nm[0]:g} to {nm[-1]:g} and values "
-                         f"to {np.abs(values).max():g}; give nanometres, 10 to 100000, and values to 1e30.")
-    if nm[0] > 700 or nm[-1] < 400:
-        raise InputError(f"{where}: {path.name} covers {nm[0]:g} to {nm[-1]:g} nm; it must meet "
-                         "400 to 700 nm. Wavelengths are in nanometres.")
+                         "scene file. Correct the path.")
+    try:
+        nm, values = _samples(path, kind, column)
+        _refuse_unusable(nm, values)
+    except ValueError as error:
+        raise InputError(f"{where}: {path.name} {error}.") from None
+    except OSError as error:
+        raise InputError(f"{where}: {path.name} cannot be read ({error.strerror}).") from None
     return Spectrum(nm, values)
+
+
+def _samples(path: Path, kind: str, column: str | None) -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths [nm] and values (n,) of a file, of one of its spectra. Raises ValueError with a
+    sentence."""
+    with path.open("rb") as file:
+        data = file.read(MAX_FILE_BYTES + 1)
+    if len(data) > MAX_FILE_BYTES:
+        raise ValueError(f"has more than {MAX_FILE_BYTES / 1e6:.0f} MB; a spectrum has some 0.01. Give "
+                         f"another")
+    text = decode(data)
+    if text.lstrip().startswith("<") or path.suffix.lower() == ".spdx":
+        quantity, table = read_tm27(text)
+        if quantity not in KINDS[kind]:
+            raise ValueError(f"holds the quantity {quantity[:30]!r}, which is not {kind}; must be "
+                             f"{', '.join(KINDS[kind][:-1])} or other. Give another file")
+    else:
+        table = read_spectral_text(text)
+    return table.nm, table.column(column)
+
+
+def _refuse_unusable(nm: np.ndarray, values: np.ndarray) -> None:
+    """Raise ValueError where samples are too few, or no wavelengths and values of a spectrum."""
+    if len(nm) < 2:
+        raise ValueError(f"holds {len(nm)} sample(s); at least 2 are needed. Measure more")
+    if nm[0] < 10 or nm[-1] > 1e5 or np.abs(values).max() > 1e30:
+        raise ValueError(f"holds wavelengths from {nm[0]:g} to {nm[-1]:g} and values "
+                         f"to {np.abs(values).max():g}; give nanometres, 10 to 100000, and values to 1e30")
+    if nm[0] > 700 or nm[-1] < 400:
+        raise ValueError(f"covers {nm[0]:g} to {nm[-1]:g} nm; it must meet 400 to 700 nm. Wavelengths are in "
+                         "nanometres")
 
 
 def read_reflectance(path: Path, where: str) -> Spectrum:
@@ -82,47 +119,8 @@ def read_lamp(path: Path, where: str) -> Spectrum:
     """Read a lamp's spectral power, 1 at its peak; past its samples it is dark. Raises InputError."""
     spectrum = read_spectrum(path, where, "a lamp's power")
     peak = np.abs(spectrum.values).max()
-    if spectrum.values.min() < -NOISE * peak:
-        raise InputError(f"{where}: {path.name} holds the power {spectrum.values.min():g}; must not be "
-                         "negative.")
+    if spectrum.values.min() < -LAMP_NOISE * peak:
+        raise InputError(f"{where}: {path.name} holds the power {spectrum.values.min():g} where its largest "
+                         f"is "
+                         f"{peak:g}; must not be negative. Put 0 there if it is noise.")
     return Spectrum(spectrum.nm, np.clip(spectrum.values, 0, None) / (peak or 1.0))
-
-
-def _read_csv(path: Path, where: str) -> tuple[np.ndarray, np.ndarray]:
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{where}: {path.name} cannot be read as text ({error}).") from None
-    rows, headed = [], False
-    for number, line in enumerate(lines, start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        # With semicolons or tabs between them, numbers may have decimal commas.
-        separator = next((sign for sign in ";\t" if sign in line), None)
-        cells = line.replace(",", ".").split(separator) if separator else line.split(",")
-        try:
-            wavelength, value = cells
-            rows.append((float(wavelength), float(value)))
-        except ValueError:
-            if rows or headed:
-                raise InputError(f"{where}: {path.name}, line {number} is {line.strip()!r}; "
-                                 "must be two numbers: wavelength_nm,value.") from None
-            headed = True
-    table = np.array(rows, dtype=float).reshape(-1, 2)
-    return table[:, 0], table[:, 1]
-
-
-def _read_spdx(path: Path, where: str, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    from xml.etree.ElementTree import ParseError
-
-    import colour
-
-    try:
-        distribution = colour.SpectralDistribution_IESTM2714(str(path)).read()
-    except (ParseError, OSError, ValueError, AttributeError, TypeError, AssertionError) as error:
-        raise InputError(f"{where}: {path.name} is no IES TM-27 file ({error}).") from None
-    quantity = (distribution.spectral_quantity or "other").lower()
-    if quantity not in KINDS[kind]:
-        raise InputError(f"{where}: {path.name} holds the quantity {quantity!r}, which is not {kind}; "
-                         f"must be {', '.join(KINDS[kind][:-1])} or other. Give another file.")
-    return distribution.wavelengths, distribution.values

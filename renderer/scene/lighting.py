@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from renderer.colour.lamps import correlated, illuminant
-from renderer.colour.spectrum import Spectrum, read_lamp
+from renderer.colour.spectrum import Spectrum, read_lamp, spectral_file
 from renderer.errors import InputError
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.luminaires.make import make_luminaires
@@ -59,6 +59,6 @@ def _lamp(table: LuminaireTable, path: Path, where: str) -> Spectrum:
     if table.cct is not None:
         return correlated(table.cct)
     name = "D65" if table.spectrum is None else table.spectrum
-    if Path(name).suffix.lower() not in (".csv", ".spdx"):
+    if not spectral_file(name, path.parent):
         return illuminant(name, f"{where}.spectrum")
     return read_lamp(path.parent / name, f"{where}.spectrum")

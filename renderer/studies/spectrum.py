@@ -25,7 +25,7 @@ from renderer.colour.lamps import (
 )
 from renderer.colour.materials import reflectances_in_three, srgb_to_linear
 from renderer.colour.munsell import munsell_chip, parsed
-from renderer.colour.spectrum import Spectrum, read_lamp, read_reflectance
+from renderer.colour.spectrum import Spectrum, read_lamp, read_reflectance, spectral_file
 from renderer.colour.tables import cie_1931, munsell_chips
 from renderer.colour.upsampling import UPSAMPLING
 from renderer.errors import InputError
@@ -53,12 +53,12 @@ def resolve(text: str, lamp: bool) -> Shown:
     lamp : a file is a lamp's spectral power; else a reflectance.
     """
     text = text.strip()
-    if Path(text).suffix.lower() in (".csv", ".spdx") or isfile(text):
-        if not isfile(text):
-            raise InputError(f"SPECTRUM is {text!r}, which is not a file. Mend the path.")
+    if spectral_file(text) or isfile(text):
+        if not isfile(text) and not isfile(text.partition("#")[0]):
+            raise InputError(f"SPECTRUM is {text!r}, which is not a file. Correct the path.")
         read = read_lamp if lamp else read_reflectance
         try:
-            return Shown(Path(text).stem, lamp, {"measured": read(Path(text), "SPECTRUM")})
+            return Shown(_title(text), lamp, {"measured": read(Path(text), "SPECTRUM")})
         except InputError as error:
             hint = "" if lamp or "holds the" not in str(error) else " If it is a lamp, add --lamp."
             raise InputError(f"{error}{hint}") from None
@@ -85,6 +85,12 @@ def resolve(text: str, lamp: bool) -> Shown:
                          "#rrggbb, r,g,b or one number from 0 to 1, 3000K, or a CIE illuminant. Nearest of "
                          f"those: {near}.")
     return Shown(f"CIE illuminant {text}", True, {"tabulated": illuminant(text, "SPECTRUM")})
+
+
+def _title(text: str) -> str:
+    """What a file is called, and which of its spectra."""
+    name, _, column = text.partition("#")
+    return Path(text).stem if isfile(text) else f"{Path(name).stem} {column}".strip()
 
 
 def _colour(text: str) -> tuple[float, float, float] | None:

@@ -14,7 +14,8 @@ CARRIED = 300_000
 def scene_files(path: Path) -> list[dict]:
     """A scene file and the files that it names: name, SHA-256, size, and its text or base64, or neither."""
     table = tomllib.loads(path.read_text(encoding="utf-8"))
-    beside = [name for name in dict.fromkeys(_named(table)) if (path.parent / name).is_file()]
+    named = [name if (path.parent / name).is_file() else name.partition("#")[0] for name in _named(table)]
+    beside = [name for name in dict.fromkeys(named) if name and (path.parent / name).is_file()]
     carried, left = [], CARRIED
     for name, file in [(path.name, path), *((name, path.parent / name) for name in beside)]:
         data = file.read_bytes()

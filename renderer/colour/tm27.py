@@ -1,0 +1,67 @@
+"""Spectra in IES TM-27-14 files (.spdx): only what a spectrum needs is read of them."""
+
+import re
+
+import numpy as np
+
+from renderer.colour.spectral_table import SpectralTable
+
+MAX_SAMPLES = 100_000
+
+
+def read_tm27(text: str) -> tuple[str, SpectralTable]:
+    """The quantity, in small letters, and the spectra of an IES TM-27 file. Raises ValueError with a
+    sentence.
+
+    Fields that say how it was measured are not read, so they may hold anything.
+    """
+    from xml.etree import ElementTree
+
+    if re.search(r"<!(DOCTYPE|ENTITY)", text, re.IGNORECASE):
+        raise ValueError("declares its own document type, which no IES TM-27 file does. Remove that")
+    try:
+        root = ElementTree.fromstring(text.strip())
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        raise ValueError(f"is no IES TM-27 file: not XML ({error}). Get it again") from None
+    if _name(root) != "iestm2714":
+        raise ValueError(f"is no IES TM-27 file: its outer element is {_name(root)[:30]!r}, not IESTM2714. "
+                         f"Give one")
+    spectra = [element for element in root.iter() if _name(element) == "spectraldistribution"]
+    if not spectra:
+        raise ValueError("is no IES TM-27 file: it has no SpectralDistribution. Get it again")
+    quantity = next(((e.text or "").strip().lower()
+                     for e in spectra[0] if _name(e) == "spectralquantity"), "")
+    columns = [_samples(element) for element in spectra]
+    nm = columns[0][0]
+    if any(len(other) != len(nm) or (other != nm).any() for other, _ in columns):
+        raise ValueError(f"has {len(columns)} spectra of different wavelengths. Give a file of one")
+    if (np.diff(nm) <= 0).any():
+        raise ValueError(f"has the wavelength {nm[:-1][np.diff(nm) <= 0][0]:g} nm twice. Remove one of them")
+    return quantity or "other", SpectralTable(nm, np.column_stack([values for _, values in columns]),
+                                              [""] * len(columns), [*range(1, len(columns) + 1)])
+
+
+def _name(element) -> str:
+    """The element's name in small letters, without its namespace."""
+    return element.tag.rpartition("}")[2].lower()
+
+
+def _samples(distribution) -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths [nm], ascending, and values (n,)."""
+    pairs = [(element.get("wavelength"), element.text)
+             for element in distribution if _name(element) == "spectraldata"]
+    if not pairs:
+        raise ValueError("has no SpectralData in its SpectralDistribution. Get it again")
+    numbers = []
+    for nm, value in pairs[:MAX_SAMPLES]:
+        try:
+            if "_" in (nm or "") + (value or ""):
+                raise ValueError
+            numbers.append((float(nm or ""), float(value or "")))
+        except ValueError:
+            raise ValueError(f"has a SpectralData of wavelength {(nm or '')[:20]!r} and value "
+                             f"{(value or '').strip()[:20]!r}; both must be numbers. Correct it") from None
+    table = np.array(numbers)
+    if not np.isfinite(table).all():
+        raise ValueError("has a SpectralData that is not a finite number. Correct or remove it")
+    return tuple(table[np.argsort(table[:, 0], kind="stable")].T)
