@@ -2,10 +2,14 @@
 
     python benchmarks/one_paint_rooms.py [--every 1]
 
-In a closed room of one paint the light that has come by way of the walls is the lamp's times ρ/(1 − ρ), at each
-wavelength by itself (an integrating sphere; Sumpner 1892). Truth takes that at 1 nm, with the chip linear between its samples; the program
-takes it in 31 bands and rebuilds 1 nm from them (`readings/spectrum.py`). Two meters: one that sees the lamp and the walls
-alike, one that sees the walls alone, where everything is redder. R_a, R_f and CCT are computed in one go for all.
+In a closed room of one paint the light that has come by way of the walls is the lamp's times ρ/(1 − ρ), at
+each
+wavelength by itself (an integrating sphere; Sumpner 1892). Truth takes that at 1 nm, with the chip linear
+between its samples; the program
+takes it in 31 bands and rebuilds 1 nm from them (`readings/spectrum.py`). Two meters: one that sees the
+lamp and the walls
+alike, one that sees the walls alone, where everything is redder. R_a, R_f and CCT are computed in one go
+for all.
 """
 
 import argparse
@@ -54,13 +58,13 @@ def temperatures(light: np.ndarray) -> np.ndarray:
 def fidelity(light: np.ndarray, cct: np.ndarray) -> np.ndarray:
     """TM-30 R_f (n,) of light (n, 471) of CCTs (n,) [K] (ANSI/IES TM-30-18), at 380–780 nm, 5 nm."""
     import colour
-    from colour.quality.cfi2017 import load_TCS_CIE2017
+    from colour.quality.cfi2017 import load_TCS_CIE2017, sd_reference_illuminant
 
     shape = colour.SpectralShape(380, 780, 5)
     observer = colour.MSDS_CMFS["CIE 1964 10 Degree Standard Observer"].copy().align(shape).values
     samples = load_TCS_CIE2017(shape).values
     at = np.arange(20, 421, 5)
-    reference = np.array([colour.quality.cfi2017.sd_reference_illuminant(kelvin, shape).values for kelvin in cct])
+    reference = np.array([sd_reference_illuminant(kelvin, shape).values for kelvin in cct])
     seen = []
     for spectra in (light[:, at], reference):
         white = spectra @ observer
@@ -109,7 +113,8 @@ def main() -> None:
             found[meter][lamp] = np.abs(errors(*pair))
     for meter, by_lamp in found.items():
         for lamp, wrong in {**by_lamp, "all": np.concatenate([*by_lamp.values()])}.items():
-            for name, row in (("95 %", np.nanpercentile(wrong, 95, axis=0)), ("worst", np.nanmax(wrong, axis=0))):
+            rows = ("95 %", np.nanpercentile(wrong, 95, axis=0)), ("worst", np.nanmax(wrong, axis=0))
+            for name, row in rows:
                 print(f"| {meter} | {lamp} | {name} | {' | '.join(f'{x:.2g}' for x in row)} |", flush=True)
 
 

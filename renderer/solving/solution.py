@@ -73,10 +73,10 @@ class Solution(RadiosityField):
 
     def _power(self, straight: np.ndarray, indirect: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray] | tuple[None, None]:
-        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹] and in each band (n_bands,) [W m⁻²]: straight from
+        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹] and in each band (n_bands,) [W m⁻²]:
+        straight from
         each lamp (n_luminaires,) per lumen exactly, by way of the surfaces as the bands say (n_bands,); None
-        where these know no
-        spectrum."""
+        where these know no spectrum."""
         if not self.bands.knows_spectrum:
             return None, None
         lamps = np.array([spectral_flux(lamp, lum.lumens) for lum, lamp in
@@ -111,8 +111,8 @@ class Solution(RadiosityField):
         readings = []
         rgb = batch.meshes[0].sum(axis=1).tolist() if self.bands.name == "31" else [None] * len(spots)
         for k, (position, normal, name) in enumerate(spots):
-            power = self._power(batch.straight[k], batch.indirect[k])
-            readings.append(Reading(name, position, normal, batch.direct[k], batch.indirect[k], power,
+            power, watts = self._power(batch.straight[k], batch.indirect[k])
+            readings.append(Reading(name, position, normal, batch.direct[k], batch.indirect[k], power, watts,
                                     self.bands, *errors[k], bands[k], rgb[k]))
         return readings
 
