@@ -328,3 +328,69 @@ def test_a_name_that_the_diagram_cannot_write_gives_way_to_the_files(here, tmp_p
     for name, shown in (("shift_jis.ies", "(定格)"), ("long_name.ies", "SECOND LINE OF")):
         assert shown in here("luminaire", CASES / name, cwd=tmp_path).stdout
     assert not [w for w in recwarn if "Glyph" in str(w.message)]
+
+
+CHANGES = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 5), st.binary(max_size=5)), max_size=5)
+
+
+def check_read_or_refused(folder, case, changes):
+    data = case.read_bytes()
+    for place, length, noise in changes:
+        k = int(place * len(data))
+        data = data[:k] + noise + data[k + length :]
+    path = folder / f"mutated{case.suffix}"
+    path.write_bytes(data)
+    said, found = "", None
+    try:
+        found = read_photometry(path, "FILE")
+    except InputError as refused:
+        said = str(refused)
+    assert "\n" not in said
+    if found is not None:
+        assert np.isfinite(found.distribution.candela).all()
+        assert found.distribution.candela.min() >= 0
+        assert 0 < found.distribution.flux < np.inf
+        assert found.shape.extent.min() >= 0
+        assert (found.shape.projected_area(np.eye(3)) >= 0).all()
+
+
+FILES = sorted(CASES.iterdir())
+
+
+@settings(max_examples=150, deadline=None)
+@given(case=st.sampled_from(FILES), changes=CHANGES)
+def test_mutated_cases_are_read_or_refused(tmp_path_factory, case, changes):
+    check_read_or_refused(tmp_path_factory.getbasetemp(), case, changes)
+
+
+@pytest.mark.slow
+@settings(max_examples=60_000, deadline=None)
+@given(case=st.sampled_from(FILES), changes=CHANGES)
+def test_five_minutes_of_mutated_cases_are_read_or_refused(tmp_path_factory, case, changes):
+    check_read_or_refused(tmp_path_factory.getbasetemp(), case, changes)
+
+
+def test_a_small_cylinder_sends_its_light_as_fast_and_as_far_as_a_disc(room, read):
+    downlight = ies(np.full(37, 100.0), size=(-0.034, -0.034, 0.1))
+    for text in (downlight, downlight.replace("0.1\r\n", "0\r\n", 1)):
+        lamp = read(text)
+        table = {"name": "a", "shape": "ies", "file": "lamp.ies", "center": [2, 2, 2.6]}
+        (luminaire,) = room(luminaires=[table]).luminaires
+        assert len(luminaire.opening) == 2
+        d = np.array([[0.0, 0, -1], [0.6, 0, -0.8], [1, 0, 0]])
+        distance = 54 * 0.034
+        arrived = luminaire.illuminance(luminaire.center + distance * d, -d) * luminaire.lumens
+        assert arrived == pytest.approx(np.full(3, 100 / distance**2), rel=1e-3)
+        assert luminaire.projected_area(d) == pytest.approx(lamp.shape.projected_area(d * (1, 1, -1)))
+
+
+@pytest.mark.parametrize("distance", [0.2, 0.5, 2])
+def test_a_sphere_sends_as_a_point_at_any_distance(room, read, distance):
+    read(ies(np.full(37, 100.0), size=(-0.3, -0.3, -0.3)))
+    table = {"name": "a", "shape": "ies", "file": "lamp.ies", "center": [2, 2, 1.5]}
+    (luminaire,) = room(luminaires=[table]).luminaires
+    d = np.array([[0.0, 0, -1], [0.6, 0, -0.8], [1, 0, 0], [0, 0, 1]])
+    # Of equal luminance all over, π L (R/d)² at any distance.
+    arrived = luminaire.illuminance(luminaire.center + distance * d, -d) * luminaire.lumens
+    assert arrived == pytest.approx(np.full(4, 100 / distance**2), rel=1e-3)
+    assert luminaire.projected_area(d) == pytest.approx(np.full(4, np.pi * 0.15**2))

@@ -10,10 +10,15 @@ from renderer.scene.luminaires.measured import MeasuredOpening, MeasuredPoint
 from renderer.scene.luminaires.opening import Face
 from renderer.scene.luminaires.outline import ellipse, ellipse_about, rectangle_about
 from renderer.scene.photometric.record import Photometry
-from renderer.scene.photometric.shapes import Cylinder, Ellipsoid, Shape
+from renderer.scene.photometric.shapes import NADIR, Cylinder, Ellipsoid, Shape
 
 MIN_OPENING_WIDTH = 1e-3
 """A luminous opening [m] that is a line is this wide."""
+SMALL_OPENING = 0.2
+"""A luminous opening no longer than this [m] in any direction sends its light from a plate through its middle: at
+five times its length that is within 1 % of its true faces, and from afar I/d² arrives, d from the middle."""
+SPHERE_PLATE = 0.01
+"""Size of the plate that stands for an ellipsoid, relative to it: a sphere sends I/d² at any distance."""
 ROUND_OPENING_SIDES = 8
 """Flat sides that a round luminous opening with height has."""
 
@@ -71,30 +76,37 @@ def _measured(table, normal: np.ndarray, along: np.ndarray, photometry: Photomet
         return MeasuredPoint(table.name, center, normal, lumens, **says)
     length, width = max(shape.length, MIN_OPENING_WIDTH), max(shape.width, MIN_OPENING_WIDTH)
     # Seen from the front, C0 to C90 is clockwise.
-    if isinstance(shape, (Cylinder, Ellipsoid)):
+    if _is_round(shape):
         body = ellipse_about(center, normal, axes[0] * length / 2, -axes[1] * width / 2)
     else:
         body = rectangle_about(center, normal, axes[0] * length, -axes[1] * width)
     opening = _opening(shape, length, width, axes)
-    return MeasuredOpening(table.name, center, normal, lumens, body, opening, **says)
+    return MeasuredOpening(table.name, center, normal, lumens, body, opening, shape=shape, **says)
 
 
 KINDS = {"rectangle": _rectangle, "disc": _disc, "point": _point}
 """What makes the luminaires of each shape that is not a file's."""
 
 
+def _is_round(shape: Shape) -> bool:
+    """Whether an opening is round seen from the nadir; a lying cylinder is taken as the box around it."""
+    return isinstance(shape, Ellipsoid) or (isinstance(shape, Cylinder) and shape.axis == NADIR)
+
+
 def _opening(shape: Shape, length: float, width: float, axes: np.ndarray) -> tuple[Face, ...]:
     """Front, back and sides of a luminous opening, normals outward."""
-    u, v, down = length * axes[0], width * axes[1], shape.height / 2 * axes[2]
-    if not isinstance(shape, (Cylinder, Ellipsoid)):
+    scale = SPHERE_PLATE if isinstance(shape, Ellipsoid) else 1.0
+    height = 0.0 if isinstance(shape, Ellipsoid) or shape.extent.max() <= SMALL_OPENING else shape.height
+    u, v, down = scale * length * axes[0], scale * width * axes[1], height / 2 * axes[2]
+    if not _is_round(shape):
         faces = [Face(down, u, v, axes[2]), Face(-down, u, v, -axes[2])]
-        if shape.height:
+        if height:
             for edge, other in ((u, v), (v, u)):
                 n = edge / np.linalg.norm(edge)
                 faces += [Face(edge / 2, other, 2 * down, n), Face(-edge / 2, other, 2 * down, -n)]
         return tuple(faces)
     faces = [Face(down, u / 2, v / 2, axes[2], True), Face(-down, u / 2, v / 2, -axes[2], True)]
-    if shape.height:
+    if height:
         rim = ellipse(np.zeros(3), u / 2, v / 2, ROUND_OPENING_SIDES)
         for a, b in zip(rim, np.roll(rim, -1, axis=0), strict=True):
             n = np.cross(b - a, axes[2])

@@ -7,6 +7,7 @@ import numpy as np
 from renderer.scene.luminaires.luminaire import LONGEST_PIECE, PointLuminaire
 from renderer.scene.luminaires.opening import OpeningLuminaire
 from renderer.scene.photometric.distribution import Distribution
+from renderer.scene.photometric.shapes import Shape
 from renderer.system.lazy import cached_property
 
 MIN_LONGEST_PIECE = 0.12
@@ -70,4 +71,14 @@ class MeasuredPoint(Measured, PointLuminaire):
 
 @dataclass(frozen=True)
 class MeasuredOpening(Measured, OpeningLuminaire):
-    """A measured luminaire with a luminous opening."""
+    """A measured luminaire with a luminous opening.
+
+    shape : the opening as the file describes it, whatever faces send its light
+    """
+
+    shape: Shape | None = field(kw_only=True, default=None)
+
+    def projected_area(self, away: np.ndarray) -> np.ndarray:
+        if self.shape is None or len(self.opening) > 2:
+            return super().projected_area(away)
+        return self.shape.projected_area(away @ self.axes.T)

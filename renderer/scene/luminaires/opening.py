@@ -77,7 +77,9 @@ class OpeningLuminaire(ExtendedLuminaire):
                 # How far the face reaches over the point's horizon.
                 spread = np.abs(n @ face.u) + np.abs(n @ face.v)
                 above = ((middle - p) * n).sum(axis=1) + spread > 0
-                lit = np.flatnonzero((ahead > 0) & above)
+                # In the plane of a plate that stands for a solid the front sends what both would.
+                before = ahead >= 0 if face is self.opening[0] and len(self.opening) == 2 else ahead > 0
+                lit = np.flatnonzero(before & above)
                 light[start + lit] += _from_face(p[lit], n[lit], self, face)
 
         in_threads(work, len(points), POINTS)
