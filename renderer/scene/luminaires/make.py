@@ -15,7 +15,8 @@ from renderer.scene.photometric.shapes import NADIR, Cylinder, Ellipsoid, Shape
 MIN_OPENING_WIDTH = 1e-3
 """A luminous opening [m] that is a line is this wide."""
 SMALL_OPENING = 0.2
-"""A luminous opening no longer than this [m] in any direction sends its light from a plate through its middle: at
+"""A luminous opening no longer than this [m] in any direction sends its light from a plate through its
+middle: at
 five times its length that is within 1 % of its true faces, and from afar I/d² arrives, d from the middle."""
 SPHERE_PLATE = 0.01
 """Size of the plate that stands for an ellipsoid, relative to it: a sphere sends I/d² at any distance."""
