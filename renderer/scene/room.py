@@ -15,6 +15,8 @@ CONVEX_TOLERANCE = 1e-6
 convex: what single-precision files round a flat wall to."""
 MIN_EDGE = 1e-5
 """Shortest wall of an outline, relative to the room's longest side: past what rays resolve."""
+MAX_PAIRS = 1 << 16
+"""Points times triangles looked at at once."""
 INSIDE_TOLERANCE = 2e-6
 """A point this far outside, relative to the room's longest side, still counts as inside: no one can say
 where a slanting wall is to more digits, and rays resolve no less."""
@@ -175,8 +177,20 @@ def outside(points: np.ndarray, shell: np.ndarray, slack: float) -> np.ndarray:
     `slack` [m] (k,)."""
     out = winding(points, shell) < 0.5
     close = np.flatnonzero(out)
-    out[close] = [nearest(points[k], shell)[0] > slack for k in close]
+    step = max(1, MAX_PAIRS // len(shell))
+    for some in np.split(close, range(step, len(close), step)):
+        out[some] = _distances(points[some], shell) > slack
     return out
+
+
+def _distances(points: np.ndarray, shell: np.ndarray) -> np.ndarray:
+    """Distances [m] from points (k, 3) to a surface (m, 3, 3)."""
+    if not len(points):
+        return np.zeros(0)
+    apart = (shell - points[:, None, None]).reshape(-1, 3, 3)
+    size = np.abs(apart).max(initial=1e-300)  # as in `nearest`
+    on = trimesh.triangles.closest_point(apart / size, np.zeros((len(apart), 3)))
+    return np.linalg.norm(on, axis=1).reshape(len(points), -1).min(axis=1) * size
 
 
 def nearest(point: np.ndarray, shell: np.ndarray) -> tuple[float, int]:

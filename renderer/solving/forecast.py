@@ -8,12 +8,15 @@ import numpy as np
 
 from renderer.colour.bands import narrow_bands
 from renderer.readings.uncertainty import Figure
+from renderer.scene.room import INSIDE_TOLERANCE, outside
 from renderer.scene.scene import Scene
+from renderer.solving.gathered import paths_needed
 from renderer.solving.pilot_solve import Pilot, Size, run_pilot, size_of
-from renderer.solving.plan import Plan, make_plan
+from renderer.solving.plan import Plan, make_reading_plan
 from renderer.solving.radiosity_field import distinct_bands
 from renderer.solving.refine import MAX_REFINEMENTS, finer
 from renderer.solving.transport_store import MAX_KEPT_FACTORS
+from renderer.transport.direct.lamp_samples import draws_of_patch
 from renderer.transport.factors.contour import point_factors
 from renderer.transport.factors.exchange import better_dense
 from renderer.transport.factors.hemisphere_rays import independent_parts, rays_of_vertex
@@ -35,6 +38,10 @@ PARALLEL_SHARE = 0.7
 """How much of the work runs on every core."""
 BYTES_OF_KEPT_FACTOR = 16.0
 """Bytes of a factor kept from a coarser solve."""
+CPU_OF_A_RAY, CPU_OF_A_DRAW, CPU_OF_A_PATCH, CPU_OF_A_PATH = 0.4e-6, 0.6e-6, 0.7e-3, 2e-6
+"""Seconds of one quiet core, where meters are read by paths."""
+LIT_SHARE, RAYS_OF_A_PATH, BYTES_OF_A_PATH = 0.5, 2.7, 60.0
+"""Of draws that need a shadow ray; rays that a path takes in the mean; and bytes while it is added up."""
 START, PROGRAM = 1.7, 300e6
 """Of any run: seconds, and bytes for the program and its packages."""
 
@@ -90,7 +97,10 @@ class Forecast:
 
 def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     """Plan a run and estimate it, within a factor of two. Raises InputError where it cannot be done."""
-    plan = make_plan(scene, accuracy, scene.solver.patch_size)
+    meters = len(scene.photometers) + sum(len(grid.points) for grid in scene.grids)
+    plan = make_reading_plan(scene, accuracy, scene.solver.patch_size, meters)
+    if plan.gathered:
+        return _by_paths(scene, plan, bands)
     luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
     meshes = [build_mesh(scene, luminaires, each.patch_size) for each in (plan, plan.times(2))]
     band_set = scene.band_set(bands)
@@ -118,6 +128,30 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
                     START + sum(stage.seconds for stage in stages),
                     PROGRAM + memory, accuracy, plan.promise, start.expected,
                     stages[1:], unsure, modelled, left_out)
+
+
+def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
+    """What a run takes whose meters are read by paths: told by counts alone, nothing is solved."""
+    started, worked = time.perf_counter(), time.process_time()
+    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
+    n = len(build_mesh(scene, luminaires, plan.patch_size, False).patches)
+    meshing = time.perf_counter() - started
+    busy = max(1.0, meshing / max(1e-3, time.process_time() - worked))
+    slack = INSIDE_TOLERANCE * scene.room.scale
+    points = sum(int((~outside(grid.points, scene.room.shell, slack)).sum()) for grid in scene.grids)
+    paths = len(scene.photometers) * paths_needed(plan.accuracy) + points * paths_needed(2 * plan.accuracy)
+    rays, draws = n * plan.rays, n * draws_of_patch(n) * independent_parts(n, plan.rays)
+    work = CPU_OF_A_RAY * rays + CPU_OF_A_DRAW * draws + CPU_OF_A_PATCH * n + CPU_OF_A_PATH * paths
+    parallel = PARALLEL_SHARE / (cpu_count() or 1) + 1 - PARALLEL_SHARE
+    seconds = START + meshing + busy * work * parallel
+    band_set = scene.band_set(bands)
+    first, *_ = distinct_bands(scene.reflectance(band_set), scene.flux(band_set))
+    modelled, left_out = _sentences(scene, plan, len(band_set.xyz), len(first))
+    cast = rays + round(LIT_SHARE * draws + RAYS_OF_A_PATH * paths)
+    memory = PROGRAM + 8.0 * MATRICES * min(n, 2 * plan.rays or n) * n + BYTES_OF_A_PATH * paths
+    expected = plan.accuracy if scene.photometers or points else None
+    return Forecast(n, n // 4, len(band_set.xyz), len(first), cast if plan.rays else 0, seconds, memory,
+                    plan.accuracy, plan.promise, expected, [], False, modelled, left_out)
 
 
 def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: tuple[float, float]) -> Stage:

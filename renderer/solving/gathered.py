@@ -24,9 +24,9 @@ SAMPLING_SHARE, MESH_SHARE = 0.8, 0.6
 """Shares of the error asked that sampling and mesh may have: in quadrature they make 1."""
 SPARE = 1.2
 """Times as many paths as the bars so far say, since these are uncertain themselves."""
-MAX_ROUNDS, MOST_STEPS = 8, 6
-"""Rounds of paths; and times that a path is met, at most: each step more takes the mesh's error down by what
-surfaces absorb, for a fraction of what a finer mesh costs."""
+ROUNDS_OF_PATHS, MAX_ROUNDS, MOST_STEPS = 2, 8, 6
+"""Rounds of paths after which meters still wide have paths of one step more; rounds in all; and steps of a
+path at most: each takes the mesh's error down by what surfaces absorb, for a fraction of a finer mesh."""
 PATHS_AT_ONCE = 1 << 21
 """Paths of all meters kept at once: some 100 MB."""
 KEPT = 1 << 22
@@ -112,8 +112,8 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot
         more.
     """
     asked = np.full(len(spots), accuracy * (2 if areas else 1))
-    first = FIRST_SHARE * (student(REPLICAS) * SPREAD / (SAMPLING_SHARE * asked)) ** 2 / REPLICAS
-    paths, steps = _power_of_two(first), np.ones(len(spots), dtype=int)
+    paths = _power_of_two(FIRST_SHARE * paths_needed(asked) / REPLICAS)
+    steps = np.ones(len(spots), dtype=int)
     luminous = light.bands.luminous
     tally, some = _Tally(light, fields, len(spots)), np.arange(len(spots))
     for round_ in range(MAX_ROUNDS):
@@ -127,8 +127,10 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot
         bars = np.hypot(mesh, sampling)
         if areas:
             asked[values - bars <= (values + bars).min()] = accuracy
-        deeper = (mesh > MESH_SHARE * asked * values) & (steps < MOST_STEPS)
         more = (sampling / np.maximum(SAMPLING_SHARE * asked * values, 1e-300)) ** 2 * (values > 0)
+        # What more paths do not narrow is what the mesh's own rays err by.
+        deeper = (mesh > MESH_SHARE * asked * values) | ((more > 1) & (round_ >= ROUNDS_OF_PATHS))
+        deeper &= steps < MOST_STEPS
         wide = (bars > asked * values) & (deeper | ((more > 1) & (tally.paths < MOST_PATHS)))
         some = np.flatnonzero(wide)
         if not len(some):
@@ -139,6 +141,11 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot
         steps[deeper] += 1
         tally.forget(deeper)
     return found
+
+
+def paths_needed(asked: float | np.ndarray) -> float | np.ndarray:
+    """About how many paths a meter needs for the accuracy asked [1]."""
+    return np.maximum((student(REPLICAS) * SPREAD / (SAMPLING_SHARE * asked)) ** 2, FEWEST_PATHS * REPLICAS)
 
 
 def _power_of_two(count: np.ndarray) -> np.ndarray:

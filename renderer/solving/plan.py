@@ -29,6 +29,8 @@ FINEST_GATHER = 0.0015
 """Accuracy from which meters are read by paths; finer ones by all elements that they see, one by one."""
 FEW_METERS = 8
 """Meters of a room with nothing in the way that are read by elements whatever the accuracy."""
+RAYS_FOR_PATHS = 256
+"""Rays a patch, at most, where light counts only after a reflection."""
 GATHERED_TIMES, LOOSEST_MESH = 15.0, 0.2
 """A mesh that counts only after a reflection may be so many times less accurate; at most."""
 BY_PATHS = "meters are read by paths: a coarse mesh, since solved light counts only once it is reflected"
@@ -103,7 +105,8 @@ def make_reading_plan(scene: Scene, accuracy: float, patch_size: float | None, m
     loose = replace(loose, accuracy=accuracy)
     if not loose.by_paths(meters) or not any(lum.lumens for lum in scene.luminaires):
         return make_plan(scene, accuracy, patch_size)
-    return replace(loose, across=False, gathered=True, reasons=(*loose.reasons, BY_PATHS))
+    rays = loose.rays and min(loose.rays, RAYS_FOR_PATHS)
+    return replace(loose, rays=rays, across=False, gathered=True, reasons=(*loose.reasons, BY_PATHS))
 
 
 def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:

@@ -43,6 +43,8 @@ from renderer.transport.radiosity.replicas import departures, half_samples, inde
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import REPLICAS
 
+MAX_PATCHES_DENSE = 1000
+"""Patches of a mesh for paths alone, of few rays each, up to which its operator may be dense."""
 MAX_LOST_SHARE = 0.05
 """A luminaire of which more than this share lights no surface is refused; less is sampling error."""
 VERTEX_INSET = 1e-3
@@ -110,7 +112,8 @@ class Transport:
     def _operator(self) -> Arrays:
         def make() -> Arrays:
             if self.ray_scene is not None and self.pair_visibility is None:
-                return count(self.mesh, self.hits).arrays()
+                dense = not self.sampled or len(self.mesh.patches) <= MAX_PATCHES_DENSE
+                return count(self.mesh, self.hits, dense).arrays()
             exchange, whole = contour_exchange(self.mesh, self.pair_visibility)
             return {**exchange.arrays(), "whole": whole}
 

@@ -21,8 +21,9 @@ only what is hidden of it by rays: what a place on the face brings varies withou
 
 TRIED_POINTS = 4
 """Points of a patch that tell about what each luminaire brings to it."""
-DRAWS = 64
-"""Draws of a luminaire from each patch, in each independent part."""
+DRAWS, MOST_DRAWS = (16, 64), 1 << 16
+"""Draws of a luminaire from each patch, in each independent part, at least and at most; and of all patches,
+about: many small ones average out."""
 DRAWS_PER_SLICE = 1 << 15
 """Worked on at once: what stays in the cache."""
 SURE = 8.0
@@ -212,6 +213,11 @@ def about_lit(faces: LampFaces, mesh: Mesh, seed: tuple[int, ...]) -> np.ndarray
     return lit / TRIED_POINTS
 
 
+def draws_of_patch(patches: int) -> int:
+    """Draws of a luminaire from each of so many patches in each independent part, a power of 2."""
+    return int(2 ** np.floor(np.log2(np.clip(MOST_DRAWS / patches, *DRAWS))))
+
+
 def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], ray_scene: RayScene | None,
                    seed: tuple[int, ...], parts: int) -> tuple[np.ndarray, np.ndarray]:
     """As `direct_on_patches`, by draws: as many a patch however many luminaires there are."""
@@ -220,7 +226,8 @@ def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], 
         return np.zeros((parts, n, 0)), np.zeros(0)
     faces = lamp_faces(luminaires)
     table = draw_table(faces, about_lit(faces, mesh, (*seed, 0)))
-    nets = Nets(DRAWS, 5, (*seed, 1), parts)
+    draws = draws_of_patch(n)
+    nets = Nets(draws, 5, (*seed, 1), parts)
     mean = np.zeros((parts, n, count))
 
     def work(start: int, stop: int) -> None:
@@ -231,12 +238,12 @@ def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], 
         places = places if ray_scene is None else ray_scene.off(places, normals)
         lamp, light = next_event(faces, table, np.repeat(patch, square.shape[1]), places, normals,
                                  square[..., 2:].reshape(-1, 3), ray_scene)
-        part = np.tile(np.repeat(np.arange(parts), DRAWS), len(patch))
+        part = np.tile(np.repeat(np.arange(parts), draws), len(patch))
         cell = (part * (stop - start) + np.repeat(patch - start, square.shape[1])) * count + lamp
-        tallied = np.bincount(cell, light / DRAWS, parts * (stop - start) * count)
+        tallied = np.bincount(cell, light / draws, parts * (stop - start) * count)
         mean[:, start:stop] = tallied.reshape(parts, stop - start, count)
 
-    in_threads(work, n, max(1, DRAWS_PER_SLICE // (DRAWS * parts)))
+    in_threads(work, n, max(1, DRAWS_PER_SLICE // (draws * parts)))
     arrived = exchange.areas @ mean
     lost = 1 - arrived.mean(axis=0)
     doubt = SURE * arrived.std(axis=0, ddof=1) / np.sqrt(parts) if parts > 1 else 0.0

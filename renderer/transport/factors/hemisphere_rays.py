@@ -128,7 +128,7 @@ def probed(mesh: Mesh, ray_scene: RayScene, seed: tuple[int, ...]) -> Openness:
     return found
 
 
-def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
+def count(mesh: Mesh, hits: np.ndarray, dense: bool = True) -> Exchange:
     """Factors counted from what rays meet (n_patches, rays), of `cast`: each row sums to 1 whatever
     stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
     grows with the number of patches, not its square."""
@@ -138,7 +138,7 @@ def count(mesh: Mesh, hits: np.ndarray) -> Exchange:
     given, between = tallied(mesh, hits, areas, open_.lost)
     error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
     matrix = SplitSymmetric(given, given.T.tocsr(), np.zeros(n))
-    if better_dense(n, 2 * hits.size):
+    if dense and better_dense(n, 2 * hits.size):
         matrix = matrix.toarray()
     leak = float(open_.lost.max())
     return Exchange(areas, balance(matrix, areas)[0], leak, error, pair, leak, int(open_.lost.argmax()))

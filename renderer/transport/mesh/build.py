@@ -266,6 +266,8 @@ class _Builder:
     def toward(self, rectangle: Rectangle, cells: np.ndarray, facing: list[np.ndarray]) -> np.ndarray:
         """Cells (m, 4) of a rectangle, s and t from and to, quartered until each is short for its distance
         from lamps that light the rectangle and from what faces it: light varies over those distances."""
+        if np.isinf(self.close):
+            return cells
         sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
         axes = np.stack([rectangle.u / sides[0], rectangle.v / sides[1], rectangle.normal])
         near = []

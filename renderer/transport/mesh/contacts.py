@@ -240,7 +240,9 @@ def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarr
         elif len(asked):
             inside = face.contains(shrunk[asked]).all(axis=1)
             covered[asked] = inside
-            for patch in asked[~inside]:
+            flat, bounds = face.flat(shrunk[asked]), np.reshape(face.shape.bounds, (2, 2))
+            beside = ((flat.max(axis=1) < bounds[0]) | (flat.min(axis=1) > bounds[1])).any(axis=1)
+            for patch in asked[~inside & ~beside]:
                 feet.setdefault(int(patch), []).append(face)
     return covered, _left(mesh, covered, feet)
 

@@ -1,0 +1,273 @@
+"""What is asked is what is paid for: every aim of speed, side by side in one run.
+
+    .venv/bin/python benchmarks/trade.py [row ...]
+
+Rows: office, open_plan, columns, growth, furnished, red, looser, meters, plan, bands, start; all of them
+without an argument. The peer is Mitsuba 3 as its best user runs it: all meters of a room as one batch sensor,
+in a running process, until each bar is as wide as ours was asked to be. Ours is from a loaded scene to every
+reading, without anything kept. Prints the versions, and for each row both times, their ratio and the aim.
+Nothing else should run meanwhile; the ratio is what counts. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from copy import deepcopy
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from itertools import count
+from operator import itemgetter
+from pathlib import Path
+
+import renderer  # before numpy, as in performance.py
+
+# isort: split
+import numpy as np
+
+from renderer.readings.grid import readable
+from renderer.scene.reading import load_table, revised
+from renderer.scene.scene import Scene
+from renderer.solving.measure import read_grid
+from renderer.solving.refine import solve_until
+from renderer.studies.peers import mitsuba3
+from renderer.studies.peers.export import CannotRun, hand_over
+
+ROOMS = Path(__file__).parent / "rooms"
+PENDANT = {"shape": "rectangle", "size": [1.2, 0.3], "normal": [0, 0, -1]}
+"""What stands for a photometric file, which the peer is not given."""
+LONGEST = 120.0
+"""Seconds after which the peer is stopped, and its time scaled to the bars asked."""
+SMALLEST = "grey_room"
+STREAMS = count()
+
+
+def read(scene: Scene, accuracy: float, bands: str = "rgb"):
+    """Solve a scene and read all its photometers and grids: seconds, and the figures."""
+    meters = len(scene.photometers) + sum(len(grid.points) for grid in scene.grids)
+
+    def all_of(solution):
+        readings = solution.photometers()
+        areas = [read_grid(solution, grid) for grid in scene.grids]
+        return areas, [*(r.figure for r in readings), *(f for area in areas for f in area.figures)]
+
+    started = time.perf_counter()
+    _, areas, figures = solve_until(scene, all_of, bands, accuracy, meters=meters)
+    return time.perf_counter() - started, areas, figures
+
+
+def changed(name, edit) -> Scene:
+    """A scene whose table edit(table) has changed."""
+    scene, table = load_table(name)
+    other = deepcopy(table)
+    edit(other)
+    return revised(scene, table, other)
+
+
+def as_photometers(name, edit) -> Scene:
+    """The scene with a photometer at each point of its grids where one can stand."""
+    scene = changed(name, edit)
+    transport = renderer.solve(scene, "rgb", 0.2).transport
+    added = []
+    for grid in scene.grids:
+        points = grid.points[readable(transport, grid, grid.name)]
+        added += [{"name": f"{grid.name} {k}", "position": point.tolist(), "normal": grid.normal.tolist()}
+                  for k, point in enumerate(points)]
+
+    def edit_more(table: dict) -> None:
+        edit(table)
+        table["photometers"] = table.get("photometers", []) + added
+        table.pop("photometer_grids", None)
+
+    return changed(name, edit_more)
+
+
+def as_it_is(_table: dict) -> None:
+    """Change nothing."""
+
+
+def rectangles(table: dict) -> None:
+    """Rectangles of as many lumens as pendants."""
+    for lamp, lumens in zip(table["luminaires"], (4000, 3000), strict=True):
+        del lamp["file"]
+        lamp.pop("dimming", None)
+        lamp.update(PENDANT, flux=lumens)
+
+
+def beside_mitsuba(name, edit, ours: float, accuracy: float, aim: str, title: str) -> None:
+    """Print our seconds to one accuracy over Mitsuba's to that or another."""
+    scene = changed(name, edit)
+    seconds, areas, figures = min((read(scene, ours) for _ in range(2)), key=itemgetter(0))
+    room = hand_over(as_photometers(name, edit))
+    values = [f.value for f in figures[:len(scene.photometers)]]
+    values += [float(x) for area in areas for x in area.total]
+    try:
+        variant, peer = mitsuba3.in_mitsuba(partial(_traced, room, [accuracy * v for v in values]))
+    except CannotRun as fault:
+        row(title, f"{seconds:.2f} s", str(fault), "", aim)
+        return
+    row(title, f"{seconds:.2f} s, widest bar {widest(figures):.2%}", f"{peer:.2f} s ({variant})",
+        f"{seconds / peer:.2f}", aim)
+
+
+def _traced(room, aims: list[float], process) -> float:
+    """Mitsuba's seconds until each meter's bar is that wide [lx], without compiling."""
+    process.submit(mitsuba3.read_all, room, next(STREAMS), [np.inf] * len(aims), 1.0).result()
+    return process.submit(_timed, room, next(STREAMS), aims).result()
+
+
+def _timed(room, stream: int, aims: list[float]) -> float:
+    started = time.perf_counter()
+    got = mitsuba3.read_all(room, stream, aims, LONGEST)
+    taken = time.perf_counter() - started
+    short = max(each.half_width / aim for each, aim in zip(got, aims, strict=True))
+    return taken * short**2  # as paths average out: passes are of many paths
+
+
+def widest(figures) -> float:
+    """Of error bars, over their readings."""
+    return max(f.uncertainty / f.value for f in figures if f.value > 0)
+
+
+def row(*cells: str) -> None:
+    """Print one line of the table."""
+    print("| " + " | ".join(cells) + " |", flush=True)
+
+
+def office() -> None:
+    """The office with rectangles as pendants."""
+    for accuracy, aim in ((0.01, "≤ 1.0"), (0.002, "≤ 0.3")):
+        beside_mitsuba("office", rectangles, accuracy, accuracy, aim, f"office, 88 meters, {accuracy:.1%}")
+
+
+def open_plan() -> None:
+    """120 panels."""
+    beside_mitsuba(ROOMS / "open_plan.toml", as_it_is, 0.05, 0.03, "≤ 1.0",
+                   "open plan, 120 panels, 5 % over the peer's 3 %")
+
+
+def columns() -> None:
+    """24 columns."""
+    beside_mitsuba(ROOMS / "columns.toml", as_it_is, 0.01, 0.01, "≤ 3", "24 columns, 1 %")
+
+
+def furnished() -> None:
+    """Four meters."""
+    for accuracy, aim in ((0.01, "≤ 1.0"), (0.0025, "≤ 0.5")):
+        beside_mitsuba("furnished_room", as_it_is, accuracy, accuracy, aim, f"furnished room, {accuracy:.2%}")
+
+
+def red() -> None:
+    """One meter in an empty room."""
+    _, _, figures = read(renderer.load("red_room"), 0.01)
+    beside_mitsuba("red_room", as_it_is, 0.01, widest(figures), "≤ 0.2",
+                   f"red room, {widest(figures):.2%}, which ours has at 1 %")
+
+
+def looser() -> None:
+    """10 % over 1 %, past the smallest command."""
+    smallest = command("photometer", SMALLEST)
+    for name in ("office", "classroom", "gallery", "furnished_room"):
+        loose, fine = (command("photometer", name, "--accuracy", accuracy) for accuracy in ("10%", "1%"))
+        row(f"{name}, 10 % over 1 %, past the smallest command", f"{loose:.2f} s", f"{fine:.2f} s",
+            f"{(loose - smallest) / (fine - smallest):.2f}", "≤ 0.4")
+
+
+def meters() -> None:
+    """Office over furnished room."""
+    smallest = command("photometer", SMALLEST)
+    many, few = (command("photometer", name) for name in ("office", "furnished_room"))
+    row("office over furnished room, past the smallest command", f"{many:.2f} s", f"{few:.2f} s",
+        f"{(many - smallest) / (few - smallest):.2f}", "≤ 3")
+
+
+def growth() -> None:
+    """Twice the meters, luminaires and facets."""
+    name = ROOMS / "open_plan.toml"
+
+    def meters_(table: dict) -> None:
+        table["photometer_grids"][0]["spacing"] = 1.45
+
+    def luminaires(table: dict) -> None:
+        table["luminaires"][0].update(array=[24, 10], spacing=[1.2, 1.9], flux=1800)
+
+    def facets(table: dict) -> None:
+        table["objects"] += [{**each, "name": each["name"] + "'", "position": [x, y + 1.4, z]}
+                             for each in table["objects"] for x, y, z in [each["position"]]]
+
+    rooms = {"open plan, twice the meters": (name, as_it_is, meters_, 0.05),
+             "open plan, twice the luminaires": (name, as_it_is, luminaires, 0.05),
+             "columns, twice the facets": (ROOMS / "columns.toml", as_it_is, facets, 0.05)}
+    for title, (room, before, after, accuracy) in rooms.items():
+        base, more = (min(read(changed(room, edit), accuracy)[0] for _ in range(2))
+                      for edit in (before, after))
+        row(title, f"{more:.2f} s", f"{base:.2f} s", f"{more / base:.2f}", "≤ 1.6")
+
+
+def plan() -> None:
+    """Of every packaged room."""
+    smallest = command("plan", SMALLEST)
+    for name in ("office", "classroom", "gallery", "furnished_room", "l_shaped"):
+        seconds, run = command("plan", name), command("photometer", name)
+        said = json.loads(output("plan", name, "--json"))["seconds"]
+        row(f"plan {name} over plan {SMALLEST}; seconds said over taken", f"{seconds:.2f} s",
+            f"{smallest:.2f} s; {said:.1f} of {run:.1f} s", f"{seconds / smallest:.2f}; {said / run:.2f}",
+            "≤ 1.5; 0.5 to 2")
+
+
+def bands() -> None:
+    """31 over 3."""
+    for name in ("office", "furnished_room"):
+        many, three = (command("photometer", name, "--bands", b) for b in ("31", "rgb"))
+        row(f"{name}, 31 bands over RGB, whole command", f"{many:.2f} s", f"{three:.2f} s",
+            f"{many / three:.2f}", "≤ 1.05")
+
+
+def start() -> None:
+    """The smallest command over its packages."""
+    seconds = command("photometer", SMALLEST)
+    base = min(_clock([sys.executable, "-c", "import numpy, scipy.sparse, trimesh"]) for _ in range(3))
+    row("smallest command over importing numpy, scipy.sparse, trimesh", f"{seconds:.2f} s", f"{base:.2f} s",
+        f"{seconds / base:.2f}", "≤ 1.5")
+
+
+def command(*arguments: str) -> float:
+    """Seconds of a whole command, the shorter of two."""
+    whole = [sys.executable, "-m", "renderer", *arguments, "--quiet"]
+    whole += [] if arguments[0] == "plan" else ["--no-cache"]
+    with tempfile.TemporaryDirectory() as folder:
+        return min(_clock([*whole, "--out", folder]) for _ in range(2))
+
+
+def output(*arguments: str) -> str:
+    """What a command prints."""
+    return subprocess.run([sys.executable, "-m", "renderer", *arguments], capture_output=True, text=True,
+                          check=True).stdout
+
+
+def _clock(arguments: list[str]) -> float:
+    started = time.perf_counter()
+    subprocess.run(arguments, capture_output=True, check=True)
+    return time.perf_counter() - started
+
+
+ROWS = {each.__name__: each for each in (office, open_plan, columns, growth, furnished, red, looser, meters,
+                                         plan, bands, start)}
+
+
+def main() -> None:
+    """Run what is asked, else all."""
+    versions = []
+    for package in ("spectral-radiosity", "mitsuba", "drjit", "numpy", "scipy", "embreex"):
+        try:
+            versions.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            continue
+    print(", ".join(versions) + "\n\n| what | ours | beside | ratio | aim |\n|---|---|---|---|---|")
+    for name in sys.argv[1:] or ROWS:
+        ROWS[name]()
+
+
+if __name__ == "__main__":
+    main()
