@@ -15,10 +15,9 @@ from renderer.transport.rays.sampling import Nets
 DEFENSIVE_SHARE = 0.1
 """Share of draws that go to every luminaire alike, whatever the patches say: light that a patch's few rays
 have missed is then still drawn, with a weight of at most 1 over this."""
-NEAR_FACE = 1.5
-"""A point nearer to a Lambertian face than this many of its longer sides has that light in closed form, and
-only what is hidden of it by rays: what a place on the face brings varies without bound there."""
-
+NEAR_FACE = 2.0
+"""A point nearer to the middle of a Lambertian face than this many of its longer sides has that light in
+closed form, and only what is hidden of it by rays: what one place on a face brings varies without bound."""
 TRIED_POINTS = 4
 """Points of a patch that tell about what each luminaire brings to it."""
 DRAWS, MOST_DRAWS = (16, 64), 1 << 16
