@@ -241,11 +241,13 @@ def test_the_command_writes_the_stated_table(here, tmp_path):
         reader = csv.DictReader(file)
         rows = [r for r in reader if r["method"] == "mallett-2019" and r["reading"] == "total illuminance"]
     assert tuple(reader.fieldnames) == COLUMNS
-    assert COLUMNS == ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio")
+    assert COLUMNS == ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio",
+                       "rgb_error_percent")
     assert len(rows) == 1000
     for r in rows[::111]:  # greys
         assert float(r["luminance_rgb"]) == pytest.approx(1 / (1 - float(r["r"])), rel=1e-5)
         assert float(r["ratio"]) == pytest.approx(1, abs=1e-5)
+        assert float(r["rgb_error_percent"]) == pytest.approx(0, abs=1e-3)
     for name in ("gamut.png", "gamut_munsell-eigen.png", "gamut_bounds.png", "gamut_chips.png",
                  "gamut_chips.csv", "gamut_primaries.csv", "gamut_bounds.csv", "gamut_shares.csv",
                  "gamut_shares.png", "gamut_primaries.png"):
