@@ -406,22 +406,11 @@ def test_a_fault_of_the_room_is_refused_in_one_sentence(write, lines, words):
         assert word in message
 
 
-def loose(*pieces):
-    vertices = np.vstack([BOX.vertices, *(np.array(p, dtype=float) for p in pieces)])
-    faces = [[8 + 3 * k, 9 + 3 * k, 10 + 3 * k] for k in range(len(pieces))]
-    return trimesh.Trimesh(vertices, np.vstack([BOX.faces, faces]), process=False)
-
-
 @pytest.mark.parametrize(("mesh", "word"), [
-    (trimesh.util.concatenate([BOX, BOX.copy().apply_translation([9, 0, 0])]), "outside the room's, at [9,"),
-    (loose([[1, 1, 1], [2, 1, 1], [2, 2, 1]]), "sheet without thickness in the room, at [2, 1, 1]"),
     (BOX.copy().apply_scale(1e10), "at most 1e+09 m"),
     (BOX.copy().apply_scale(1e-12), "at least 1e-09 m"),
     (trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], process=False), "no faces with area"),
-    (trimesh.util.concatenate([trimesh.Trimesh(BOX.vertices, BOX.faces[~TOP], process=False),
-                               trimesh.Trimesh(BOX.vertices + [0, 0, 0.01], BOX.faces[TOP], process=False)]),
-     "do not join"),
-], ids=["two rooms", "sheet", "gigantic", "tiny", "degenerate", "gap"])
+], ids=["gigantic", "tiny", "degenerate"])
 def test_a_mesh_that_is_no_room_is_refused_in_one_sentence(meshed, mesh, word):
     with pytest.raises(renderer.InputError, match=r"room\.mesh: room\.ply") as refused:
         meshed(mesh, suffix="ply")

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+NOTHING_ESCAPES = 1e-6
+"""Share of the lumens that may get out of a room without a word: what single precision lets through."""
 LEAK, UNEQUAL, UNBALANCED = 0.05, 0.5, 1e-6
 """Errors of closure, reciprocity and energy balance past which a run warns."""
 NOT_REACHED = ("warning: {scene}: the reading {name!r} is {value:.4g} ± {got:.2g} {unit}, not the "
@@ -77,6 +79,12 @@ def warn(solution, figures: list, asked: float) -> None:
             say(NOT_REACHED.format(scene=solution.scene.title, name=f.name, asked=asked, value=f.value,
                                    unit=f.unit, got=f.uncertainty, why=why))
     for hole in escaped(solution):
+        if hole["escaping_lm"] < NOTHING_ESCAPES * sum(lum.lumens for lum in solution.scene.luminaires):
+            continue
+        if any(body.of_room for body in solution.scene.bodies):
+            say(f"warning: {solution.scene.title}: {hole['escaping_lm']:.4g} lm get out between the faces of "
+                "the room's mesh, through gaps and openings; close those that are none.")
+            continue
         at = ", ".join(f"{x:.4g}" for x in hole["middle"])
         say(f"warning: {solution.scene.title}: the room is open: {hole['escaping_lm']:.4g} lm escape "
              f"through {hole['name']!r}, {hole['area_m2']:.3g} m² around [{at}]; close it in the mesh if it "

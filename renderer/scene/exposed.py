@@ -9,12 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from renderer.scene.flat import Parts, Polygon, flat_parts, polygon, rectilinear
 from renderer.scene.geometry import Rectangle
-from renderer.scene.room import Room, winding
+from renderer.scene.room import Room
+from renderer.scene.shells import Shell, components, solids_of
 
 OFF_SURFACE = 1e-7
 """How far off a surface it is asked what is there, relative to the room's longest side: nearer surfaces are
@@ -35,29 +34,6 @@ class Exposed:
 
     parts: Parts
     sides: tuple[np.ndarray, np.ndarray, np.ndarray]
-
-
-@dataclass(frozen=True)
-class Shell:
-    """A closed surface in one piece.
-
-    triangles : (k, 3, 3) [m]; sign : 1 where normals point out of what is not air, −1 for the room's
-    own : its winding number just before itself: 0, or −1 before the wall of a hollow
-    """
-
-    triangles: np.ndarray
-    sign: int
-    own: float
-
-    @property
-    def bounds(self) -> np.ndarray:
-        """Lowest and highest corner (2, 3) [m]."""
-        return np.array([self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))])
-
-    def solid_at(self, points: np.ndarray) -> np.ndarray:
-        """How many times it encloses points (k, 3) in what is not air (k,)."""
-        turns = winding(points, self.triangles)
-        return np.rint(1 - turns if self.sign < 0 else -turns)
 
 
 @dataclass(frozen=True)
@@ -110,7 +86,7 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
         faces += _faces(index, 0, parts)
     pieces = [(index, piece) for index, body in enumerate(bodies) for piece in components(body.mesh)]
     count = np.bincount([index for index, _ in pieces], minlength=len(bodies))
-    of_solid = _solids([piece if bodies[index].closed else None for index, piece in pieces])
+    of_solid = solids_of([piece if bodies[index].closed else None for index, piece in pieces])
     for solid in range(of_solid.max(initial=-1) + 1):
         own = [piece for (_, piece), k in zip(pieces, of_solid, strict=True) if k == solid]
         volume = trimesh.triangles.mass_properties(np.concatenate([p.triangles for p in own])).volume
@@ -120,35 +96,6 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
         faces += _faces(len(whole) + index, int(solid) + 1 if solid >= 0 else -1, parts)
     whole += [body.parts for body in bodies]
     return _Arrangement(room.scale, shells, faces).exposed(whole)
-
-
-def components(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
-    """The pieces of a mesh that share no edge."""
-    labels = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
-    if labels.max(initial=0) == 0:
-        return [mesh]
-    return [trimesh.Trimesh(mesh.vertices, mesh.faces[labels == k], process=False)
-            for k in range(labels.max() + 1)]
-
-
-def _solids(pieces: list[trimesh.Trimesh | None]) -> np.ndarray:
-    """The solid of each piece of a closed body (k,), −1 for None: pieces of several materials that meet at
-    their open edges are one solid."""
-    links, at = [], {}
-    for index, piece in enumerate(pieces):
-        if piece is None:
-            continue
-        alone = trimesh.grouping.group_rows(piece.edges_sorted, require_count=1)
-        for ends in piece.vertices[piece.edges_sorted[alone]]:
-            key = tuple(sorted(tuple(end) for end in ends))
-            links.append((at.setdefault(key, index), index))
-    asked = [index for index, piece in enumerate(pieces) if piece is not None]
-    one, other = np.array(links, dtype=int).reshape(-1, 2).T
-    graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(len(pieces), len(pieces)))
-    group = connected_components(graph, directed=False)[1] if pieces else np.zeros(0, dtype=int)
-    solid = np.full(len(pieces), -1)
-    solid[asked] = np.unique(group[asked], return_inverse=True)[1]
-    return solid
 
 
 def _faces(surface: int, shell: int, parts: Parts) -> list[_Face]:

@@ -19,7 +19,8 @@ from renderer.scene.objects import place
 from renderer.scene.project import ProjectTable, checked_requirements
 from renderer.scene.room import Room, box_room, outline_room, refuse_outside, spelt, winding
 from renderer.scene.room_from_mesh import mesh_room
-from renderer.scene.scene import STAND_OFF, Scene
+from renderer.scene.room_in_the_open import room_of_heap
+from renderer.scene.scene import STAND_OFF, Body, Scene
 from renderer.scene.schema import (
     MaterialTable,
     RoomTable,
@@ -157,10 +158,10 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
                              f"{hint}")
         return materials[name]
 
-    room = _room(table.room, list(materials), path)
+    room, own = _room(table, list(materials), path)
     size, (lowest, highest) = np.ptp(room.bounds, axis=0), room.bounds
-    faces = _room_materials(table.room, room, used, path)
-    bodies, of_bodies, said = [], [], []
+    faces = _room_materials(table.room, room, own, used, path)
+    bodies, of_bodies, said = list(own), [], []
     for index, entry in enumerate(table.objects):
         where = f"{path}: objects[{index}]"
         placed = place(entry, where, path.parent, used, table.solver.upsampling)
@@ -207,24 +208,31 @@ def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> M
     return Material(name, rgb=rgb, upsampling=upsampling)
 
 
-def _room(table: RoomTable, materials: list[str], path: Path) -> Room:
+def _room(scene: SceneTable, materials: list[str], path: Path) -> tuple[Room, list[Body]]:
+    """The room, and the walls and slabs of its file where no one surface encloses it."""
+    table = scene.room
     if table.size is not None:
-        return box_room(table.size)
+        return box_room(table.size), []
     if table.outline is not None:
-        return outline_room(table.outline, table.height, f"{path}: room")
-    return mesh_room(path.parent / table.mesh, table.units, table.up, list(table.surfaces), materials,
-                     f"{path}: room.mesh", path.parent)
+        return outline_room(table.outline, table.height, f"{path}: room"), []
+    file = path.parent / table.mesh, table.units, table.up, list(table.surfaces), materials
+    try:
+        return mesh_room(*file, f"{path}: room.mesh", path.parent), []
+    except InputError as refusal:
+        lamps, meters = [lum.center for lum in scene.luminaires], [p.position for p in scene.photometers]
+        return room_of_heap(*file, np.array(lamps + meters, dtype=float).reshape(-1, 3), f"{path}: room.mesh",
+                            path.parent, refusal)
 
 
-def _room_materials(table: RoomTable, room: Room, used, path: Path) -> list[Material]:
-    """The material of each of the room's surfaces: its own, else that of all walls."""
+def _room_materials(table: RoomTable, room: Room, own: list[Body], used, path: Path) -> list[Material]:
+    """The material of each surface of the room and of its own bodies: its own, else that of all walls."""
     for name in table.surfaces:
         if name not in room.surfaces and table.outline is not None:
             raise InputError(f"{path}: room.surfaces.{name} is no surface of the room; it has "
                              f"{_listed(list(room.surfaces))}.")
     holes = {hole.name for hole in room.openings}
     materials = []
-    for name in room.surfaces:
+    for name in [*room.surfaces, *(body.name for body in own)]:
         if name in table.surfaces:
             materials.append(used(table.surfaces[name], f"room.surfaces.{name}"))
         elif name in holes:

@@ -39,11 +39,13 @@ class Body:
     mesh : [m], the normals of closed bodies outward
     closed : whether they enclose a volume, alone or with the others of the object; else they are sheets:
         no thickness, opaque, the material on both sides
+    of_room : whether it is a wall, slab or other part of the room's own file: luminaires are mounted on it
     """
 
     name: str
     mesh: trimesh.Trimesh
     closed: bool = True
+    of_room: bool = False
 
     @cached_property
     def parts(self) -> Parts:
@@ -59,6 +61,7 @@ class Surface:
     parts : its flat parts; None of a luminaire's face
     material : None of a luminaire's face, which is black
     luminaire : index in Scene.luminaires of the one whose face it is; else None
+    of_room : whether it is from the room's own table or file
     """
 
     name: str
@@ -66,6 +69,7 @@ class Surface:
     parts: Parts | None = None
     material: Material | None = None
     luminaire: int | None = None
+    of_room: bool = False
 
     @property
     def two_sided(self) -> bool:
@@ -117,8 +121,9 @@ class Scene:
     @cached_property
     def surfaces(self) -> list[Surface]:
         """All surfaces (n_surfaces,): the room's, the bodies, the luminaires with area."""
-        found = [Surface(name, "room", parts) for name, parts in self.room.surfaces.items()]
-        found += [Surface(body.name, "solid" if body.closed else "sheet", body.parts) for body in self.bodies]
+        found = [Surface(name, "room", parts, of_room=True) for name, parts in self.room.surfaces.items()]
+        found += [Surface(body.name, "solid" if body.closed else "sheet", body.parts, of_room=body.of_room)
+                  for body in self.bodies]
         found = [replace(surface, material=material)
                  for surface, material in zip(found, self.materials, strict=True)]
         return found + [Surface(lum.name, "luminaire", luminaire=k)

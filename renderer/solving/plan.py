@@ -111,7 +111,9 @@ def make_reading_plan(scene: Scene, accuracy: float, patch_size: float | None, m
 
 def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
     """The cheapest way to the accuracy asked, or with the patch size asked. Raises InputError."""
-    area = scene.room.area + sum(body.mesh.area for body in scene.bodies)
+    area = sum(body.mesh.area for body in scene.bodies)
+    if not any(body.of_room for body in scene.bodies):  # else the room itself is black and far away
+        area += scene.room.area
     wanted = PATCHES_AT_1_PERCENT * 0.01 / accuracy
     h = min(patch_size or float(np.sqrt(area / np.clip(wanted, 96, 10_000))), scene.room.scale)
     count = sum(_patches(parts, h) for parts in scene.room.surfaces.values())
@@ -121,7 +123,7 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
         raise InputError(f"{scene.path}: solver.patch_size is {h:g}; that makes about {count:.3g} "
                          f"patches, and at most {MAX_PATCHES} are allowed. Use {fits:.2g} or more.")
     free = [lum.name for index, lum in enumerate(scene.faces) if not mounting(scene, lum, index)]
-    in_the_way = [body.name for body in scene.bodies] + free
+    in_the_way = list(dict.fromkeys(body.name for body in scene.bodies)) + free
     if not scene.room.convex:
         in_the_way.insert(0, "corners of the room")
     reasons = []

@@ -99,11 +99,20 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float, fin
 
 def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
     """Boxes (m, 8, 3) [m] around whatever can stand between two places in a room, flat ones for walls."""
-    around = [body.mesh.bounds for body in scene.bodies]
+    flat = []
+    around = [body.mesh.bounds for body in scene.bodies if not body.of_room]
+    walls = [body for body in scene.bodies if body.of_room]
+    if sum(len(body.parts.rectangles) + len(body.parts.polygons) for body in walls) > HINDRANCES:
+        around += [body.mesh.bounds for body in walls]
+    else:
+        faces = [face for body in walls for face in (*body.parts.rectangles, *body.parts.polygons)]
+        flat += [face.corners if isinstance(face, Rectangle) else face.frame for face in faces]
+        flat += [triangle for body in walls for triangle in body.parts.triangles]
     around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for lum in sheets]
     hindrances = scene.room.hindrances
     if len(hindrances) > HINDRANCES:
         around, hindrances = [scene.room.bounds], []
+    hindrances = [*hindrances, *flat]
     corners = np.array(list(np.ndindex(2, 2, 2)))
     boxes = [bounds[corners, np.arange(3)] for bounds in around]
     return np.array(boxes + [np.resize(h, (8, 3)) for h in hindrances]).reshape(-1, 8, 3)
@@ -137,7 +146,7 @@ class _Builder:
                  close: float):
         self.patch_size = patch_size
         self.touch = touch
-        self.of_room = np.array([surface.kind == "room" for surface in surfaces])
+        self.of_room = np.array([surface.of_room for surface in surfaces])
         self.two_sided = [surface.two_sided for surface in surfaces]
         self.luminaires = luminaires
         self.close, self.in_gap = close, close * IN_GAP / CLOSE_TO_LAMP

@@ -46,12 +46,17 @@ class Mounting:
                     and abs((self.outline[0] - corner) @ normal) < touch)
 
 
+def _structure(scene: Scene) -> list[tuple[str, Parts]]:
+    """Name and flat parts of what luminaires are mounted on: the room's own surfaces."""
+    return [(surface.name, surface.parts) for surface in scene.surfaces if surface.of_room]
+
+
 def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | None:
     """Where a luminaire is mounted on a surface of the room, if all of it is."""
     if luminaire.is_point:
         return None
     near = MOUNTED * luminaire.body.width
-    for parts in scene.room.surfaces.values():
+    for _, parts in _structure(scene):
         gap, cut_out = _gap_to(parts, luminaire, near, COPLANAR * scene.room.scale)
         if gap is not None:
             return Mounting(luminaire.moved(-gap * luminaire.normal), surface, cut_out)
@@ -112,7 +117,7 @@ def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
     if luminaire.is_point or mounting(scene, luminaire, 0) is not None:
         return luminaire
     shift, off = np.zeros(3), SHEET_OFF * scene.room.scale
-    for parts in scene.room.surfaces.values():
+    for _, parts in _structure(scene):
         for face in (*parts.rectangles, *parts.polygons):
             gap = _lowest(luminaire, face, off)
             if gap is None:
@@ -152,7 +157,7 @@ def seated(scene: Scene, luminaire: Luminaire) -> Luminaire:
     smallest = min(edges, default=0.0)
     touch = max(MOUNTED * smallest, SHEET_OFF * scene.room.scale)
     kept = list(luminaire.opening)
-    for name, parts in scene.room.surfaces.items():
+    for name, parts in _structure(scene):
         for face in (*parts.rectangles, *parts.polygons):
             if _over(luminaire.center, face, touch):
                 sunk = luminaire.share_into(-face.normal)

@@ -1,0 +1,62 @@
+"""Closed surfaces: the pieces of meshes, the solids that they enclose, and what is inside them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from renderer.scene.room import winding
+
+
+@dataclass(frozen=True)
+class Shell:
+    """A closed surface in one piece.
+
+    triangles : (k, 3, 3) [m]; sign : 1 where normals point out of what is not air, −1 for the room's
+    own : its winding number just before itself: 0, or −1 before the wall of a hollow
+    """
+
+    triangles: np.ndarray
+    sign: int
+    own: float
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Lowest and highest corner (2, 3) [m]."""
+        return np.array([self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))])
+
+    def solid_at(self, points: np.ndarray) -> np.ndarray:
+        """How many times it encloses points (k, 3) in what is not air (k,)."""
+        turns = winding(points, self.triangles)
+        return np.rint(1 - turns if self.sign < 0 else -turns)
+
+
+def components(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
+    """The pieces of a mesh that share no edge."""
+    labels = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    if labels.max(initial=0) == 0:
+        return [mesh]
+    return [trimesh.Trimesh(mesh.vertices, mesh.faces[labels == k], process=False)
+            for k in range(labels.max() + 1)]
+
+
+def solids_of(pieces: list[trimesh.Trimesh | None]) -> np.ndarray:
+    """The solid of each piece of a closed body (k,), −1 for None: pieces of several materials that meet at
+    their open edges are one solid."""
+    links, at = [], {}
+    for index, piece in enumerate(pieces):
+        if piece is None:
+            continue
+        alone = trimesh.grouping.group_rows(piece.edges_sorted, require_count=1)
+        for ends in piece.vertices[piece.edges_sorted[alone]]:
+            key = tuple(sorted(tuple(end) for end in ends))
+            links.append((at.setdefault(key, index), index))
+    asked = [index for index, piece in enumerate(pieces) if piece is not None]
+    one, other = np.array(links, dtype=int).reshape(-1, 2).T
+    graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(len(pieces), len(pieces)))
+    group = connected_components(graph, directed=False)[1] if pieces else np.zeros(0, dtype=int)
+    solid = np.full(len(pieces), -1)
+    solid[asked] = np.unique(group[asked], return_inverse=True)[1]
+    return solid

@@ -1,0 +1,110 @@
+"""Rooms whose walls are solids or loose sheets: the light is that of the room between them."""
+
+import numpy as np
+import pytest
+import trimesh
+
+import renderer
+from renderer.records.json_records import escaped
+from renderer.scene.room import winding
+
+LAMP = 'shape = "point"\ncenter = [2.5, 2.0, 2.2]\nflux = 1000'
+PANEL = 'shape = "rectangle"\ncenter = [2.5, 2.0, 2.7]\nnormal = [0, 0, -1]\nsize = [0.6, 0.6]\nflux = 1000'
+BOX = "size = [5, 4, 2.7]"
+FLOOR = [(0, 0, 0), (5, 0, 0), (5, 4, 0), (0, 4, 0)]
+CEILING = [(0, 0, 2.7), (0, 4, 2.7), (5, 4, 2.7), (5, 0, 2.7)]
+
+
+def walls(low, high, gap=0.0):
+    corners = [(0, 0), (5, 0), (5, 4), (0, 4)]
+    for k in range(4):
+        (a, b), (c, d) = np.array(corners[k], float), np.array(corners[(k + 1) % 4], float)
+        u, v = (np.sign(c - a) * gap, np.sign(d - b) * gap)
+        yield [(a + u, b + v, low), (c - u, d - v, low), (c - u, d - v, high), (a + u, b + v, high)]
+
+
+def sheets(*quads):
+    corners = np.array([corner for quad in quads for corner in quad], dtype=float)
+    faces = [[4 * k + i for i in three] for k in range(len(quads)) for three in ((0, 1, 2), (0, 2, 3))]
+    return trimesh.Trimesh(corners, faces, process=False)
+
+
+@pytest.fixture
+def room(tmp_path):
+    def make(shape, lamp=LAMP, rho=0.5):
+        if isinstance(shape, trimesh.Trimesh):
+            shape.export(tmp_path / "room.obj")
+            shape = 'mesh = "room.obj"\nup = "z"\nunits = "m"'
+        path = tmp_path / "scene.toml"
+        path.write_text(f'[room]\n{shape}\nfloor = "g"\nwalls = "g"\nceiling = "g"\n'
+                        f"[materials.g]\nreflectance = {rho}\n[[luminaires]]\n{lamp}\n"
+                        "[[photometers]]\nposition = [0.7, 0.7, 0.0]\n")
+        return renderer.load(path)
+    return make
+
+
+def read(scene, accuracy=0.03):
+    solution = renderer.solve(scene, bands="rgb", accuracy=accuracy)
+    assert solution.energy_balance_error < 1e-6
+    return solution.photometers()[0], solution
+
+
+def agree(one, other):
+    assert one.direct_lx == pytest.approx(other.direct_lx, rel=1e-3)
+    assert abs(one.total_lx - other.total_lx) < np.hypot(one.uncertainty, other.uncertainty), (one, other)
+
+
+def test_walls_that_run_past_floor_and_ceiling(room):
+    agree(read(room(sheets(FLOOR, CEILING, *walls(-0.1, 2.8))))[0], read(room(BOX))[0])
+
+
+def test_walls_a_millimetre_apart_say_what_gets_through(room):
+    reading, solution = read(room(sheets(FLOOR, CEILING, *walls(0.001, 2.699, gap=0.001))))
+    agree(reading, read(room(BOX))[0])
+    (hole,) = escaped(solution)
+    # A gap of 1 mm along 2 (5 + 4) m at floor and ceiling and 4 · 2.7 m at the corners, 2 mm there, of some
+    # 85 m²: that share of the 2000 lm that meet surfaces at ρ = 0.5, to within how evenly they do.
+    assert 0.3 < hole["escaping_lm"] / (2000 * (36 + 4 * 2.7) * 1e-3 / 85) < 2
+
+
+@pytest.mark.parametrize("lamp", [LAMP, PANEL], ids=["point", "panel on the slab"])
+def test_walls_and_slabs_as_solids(room, lamp):
+    thick = [trimesh.creation.box(bounds=bounds) for bounds in (
+        [[-.2, -.2, -.3], [5.2, 4.2, 0]], [[-.2, -.2, 2.7], [5.2, 4.2, 3]],  # the slabs; walls stand in them
+        [[-.2, -.2, -.1], [0, 4.2, 2.9]], [[5, -.2, -.1], [5.2, 4.2, 2.9]],
+        [[-.2, -.2, -.1], [5.2, 0, 2.9]], [[-.2, 4, -.1], [5.2, 4.2, 2.9]])]
+    reading, solution = read(room(trimesh.util.concatenate(thick), lamp))
+    agree(reading, read(room(BOX, lamp))[0])
+    assert escaped(solution)[0]["escaping_lm"] == pytest.approx(0, abs=1e-3)
+
+
+def test_an_open_door_lets_out_what_its_solid_angle_takes(room):
+    _, *others = walls(0, 2.7)
+    beside = [[(0, 0, 0), (2, 0, 0), (2, 0, 2.7), (0, 0, 2.7)],
+              [(3, 0, 0), (5, 0, 0), (5, 0, 2.7), (3, 0, 2.7)],
+              [(2, 0, 2.1), (3, 0, 2.1), (3, 0, 2.7), (2, 0, 2.7)]]
+    _, solution = read(room(sheets(FLOOR, CEILING, *others, *beside), rho=0.0))
+    door = sheets([(2, 0, 0), (3, 0, 0), (3, 0, 2.1), (2, 0, 2.1)]).triangles
+    share = abs(winding(np.array([[2.5, 2.0, 2.2]]), door)[0])
+    assert escaped(solution)[0]["escaping_lm"] == pytest.approx(1000 * share, rel=0.03)
+
+
+def test_a_picture_and_a_desk_in_the_room_s_own_file(room):
+    shell = trimesh.creation.box(bounds=[[0, 0, 0], [5, 4, 2.7]])
+    desk = trimesh.creation.box(bounds=[[2, 1, 0], [3.6, 1.8, 0.74]])
+    picture = sheets([(1, 3.98, 1.2), (2, 3.98, 1.2), (2, 3.98, 2), (1, 3.98, 2)])
+    scene = room(trimesh.util.concatenate([shell, desk, picture]))
+    assert [(surface.name, surface.kind) for surface in scene.surfaces if surface.kind == "sheet"] == [
+        ("walls", "sheet")]
+    plain = read(room(trimesh.util.concatenate([shell, desk])))[0]
+    agree(read(scene)[0], plain)
+
+
+def test_another_closed_room_in_the_file_stays_dark(room):
+    near, far = (trimesh.creation.box(bounds=[[x, 0, 0], [x + 5, 4, 2.7]]) for x in (0, 9))
+    agree(read(room(trimesh.util.concatenate([near, far])))[0], read(room(BOX))[0])
+
+
+def test_a_file_with_no_room_about_its_lamps_is_refused(room):
+    with pytest.raises(renderer.InputError, match=r"room\.mesh: room\.obj"):
+        room(sheets(*([(x / 5 + at, y / 4, 0) for x, y, _ in FLOOR] for at in (0, 4))))
