@@ -7,8 +7,10 @@ import pytest
 import trimesh
 
 import renderer
+from renderer.cli.terminal import doubts
 from renderer.colour.materials import Material
 from renderer.scene.scene import Body
+from renderer.solving.plan import make_plan
 from renderer.transport.mesh.build import build_mesh
 
 ROOM = """
@@ -170,3 +172,22 @@ def test_a_solid_of_two_materials_is_one_solid(scene):
     assert areas["half 0"] == pytest.approx(1, rel=1e-9)
     assert areas["half 1"] == pytest.approx(4 - 2 * 0.25, rel=1e-9)
     assert areas["floor"] == pytest.approx(16 - 1 - 4 + 0.25, rel=1e-9)
+
+
+def test_what_stands_in_furniture_is_refused_before_the_work(scene):
+    crate = box((1, 1, 0), (2, 2, 2))
+    with pytest.raises(renderer.InputError, match=r"photometers\[0\]\.position is \[2, 2, 1\], inside"):
+        scene(crate, meters="[[photometers]]\nposition = [2, 2, 1]\n")
+    with pytest.raises(renderer.InputError, match=r"luminaire' has its middle at .*, inside"):
+        scene(box((0, 0, 2), (1, 1, 1)))
+    scene(crate, meters="[[photometers]]\nposition = [2, 2, 2]\n")  # on it
+
+
+def test_plan_says_what_takes_no_part_and_which_lamp_is_a_slip(scene):
+    sunk = scene(box((1, 1, -0.5), (1, 1, 1)))
+    assert any("outside the room" in reason for reason in make_plan(sunk, 0.05, None).reasons)
+    standing = scene(box((1, 1, 0), (1, 1, 1)))
+    assert not any("outside the room" in reason for reason in make_plan(standing, 0.05, None).reasons)
+    assert not doubts(standing)
+    bright = replace(standing, luminaires=[replace(standing.luminaires[0], lumens=3.6e7)])
+    assert "3.6e+07 lm" in doubts(bright)[0]

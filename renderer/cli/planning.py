@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import show
+from renderer.cli.terminal import doubts, show
 
 cache = App(name="cache", help="Form factors kept between runs: what there is, and how to be rid of it.",
           help_format="plaintext")
@@ -52,7 +52,7 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
         print("Not sure: bars are said within a factor of two, and one comes so near what is asked: one "
               "finer solve more or less may follow.")
     for title, sentences in (("Read", loaded.files), ("Modelled", said.modelled),
-                             ("Left out", said.left_out)):
+                             ("Left out", said.left_out), ("Look at", [*loaded.faults, *doubts(loaded)])):
         for sentence in sentences:
             print(f"{title}: {sentence}.")
 

@@ -10,8 +10,10 @@ from pathlib import Path
 
 NOTHING_ESCAPES = 1e-6
 """Share of the lumens that may get out of a room without a word: what single precision lets through."""
-LEAK, UNEQUAL, UNBALANCED = 0.05, 0.5, 1e-6
-"""Errors of closure, reciprocity and energy balance past which a run warns."""
+OFFICE_PANEL, MAX_LUMENS_UNASKED = 4000.0, 2e6
+"""Lumens of an office panel; and of a luminaire from which a scene is asked about: a stadium has 2e5."""
+UNEQUAL, UNBALANCED = 0.5, 1e-6
+"""Errors of reciprocity and energy balance past which a run warns."""
 NOT_REACHED = ("warning: {scene}: the reading {name!r} is {value:.4g} ± {got:.2g} {unit}, not the "
                "± {asked:.2%} asked, as finely as {why}.")
 
@@ -73,6 +75,7 @@ def warn(solution, figures: list, asked: float) -> None:
     fixed = solution.scene.solver.patch_size
     why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
     from renderer.records.json_records import escaped
+    from renderer.solving.measure import stray_light
 
     for f in figures:
         if f.uncertainty > asked * f.value:
@@ -90,10 +93,13 @@ def warn(solution, figures: list, asked: float) -> None:
              f"through {hole['name']!r}, {hole['area_m2']:.3g} m² around [{at}]; close it in the mesh if it "
              "is no window.")
     exchange, mesh = solution.transport.exchange, solution.transport.mesh
-    if exchange.leak > LEAK:
-        surface = solution.scene.surface_names[mesh.surface[exchange.worst_patch]]
-        say(f"warning: {solution.scene.title}: {exchange.leak:.1%} of the light from a patch of "
-             f"{surface!r} meets no surface's front; is something there open or overlapping?")
+    stray, surface = stray_light(solution)
+    moved = [f for f in figures if f.unit == "lx" and stray * f.value > f.uncertainty]
+    if moved:
+        f = max(moved, key=lambda f: f.value)
+        say(f"warning: {solution.scene.title}: {stray:.1%} of the light meets no surface's front, most of "
+            f"it from {surface!r}: readings are off by up to {stray * f.value:.2g} lx ({f.name!r}). Close "
+            "what is open there, or turn faces round that look the wrong way.")
     if exchange.reciprocity_error > UNEQUAL:
         first, second = (solution.scene.surface_names[k] for k in exchange.worst_pair)
         say(f"warning: {solution.scene.title}: the form factors between {first!r} and {second!r} differ by "
@@ -105,11 +111,18 @@ def warn(solution, figures: list, asked: float) -> None:
              f"absorbed nor left, most of it at {surface!r}; is its reflectance nearly 1?")
 
 
+def doubts(scene) -> list[str]:
+    """What of a scene is likely a slip of the pen, in sentences."""
+    return [f"luminaires {lum.name!r} gives {lum.lumens:.3g} lm, as much as {lum.lumens / OFFICE_PANEL:.2g} "
+            "office panels; check its flux or luminance, and the units of its size"
+            for lum in scene.luminaires if lum.lumens > MAX_LUMENS_UNASKED]
+
+
 def warn_before(scene, accuracy: float | None) -> None:
     """Say on stderr, before the work, what is wrong with its files and what it cannot promise."""
     from renderer.solving.plan import make_plan
 
-    for fault in scene.faults:
+    for fault in [*scene.faults, *doubts(scene)]:
         say(f"warning: {scene.title}: {fault}")
     asked = accuracy or scene.solver.accuracy
     promise = make_plan(scene, asked, scene.solver.patch_size).promise

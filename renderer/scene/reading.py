@@ -187,6 +187,11 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
         for index, entry in enumerate(getattr(table, key)):
             refuse_outside(room, np.array(entry.position), f"{path}: {key}[{index}].position is",
                            "Move it into the room")
+            _refuse_buried(bodies, np.array(entry.position), room.scale,
+                           f"{path}: {key}[{index}].position is")
+    for luminaire in luminaires:
+        _refuse_buried(bodies, luminaire.center, room.scale,
+                       f"{path}: luminaires {luminaire.name!r} has its middle at")
     if table.camera is not None:
         refuse_outside(room, np.array(table.camera.position), f"{path}: camera.position is",
                        "Move it into the room")
@@ -194,6 +199,15 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
                  table.photometers, make_grids(table.photometer_grids, room, path), table.spot_meters,
                  table.observers, table.camera, table.solver, faults, said, project,
                  checked_requirements(table, path))
+
+
+def _refuse_buried(bodies: list[Body], point: np.ndarray, scale: float, what: str) -> None:
+    """Raise InputError for a point (3,) inside a solid: "`what` [x, y, z], inside …"."""
+    around = point + 2 * STAND_OFF * scale * np.vstack([np.eye(3), -np.eye(3)])
+    near = [body for body in bodies if body.closed and (body.mesh.bounds[0] <= point).all()
+            and (point <= body.mesh.bounds[1]).all()]
+    if near and (winding(around, np.concatenate([body.mesh.triangles for body in near])) < -0.5).all():
+        raise InputError(f"{what} {spelt(point)}, inside {near[0].name!r}. Move one of them.")
 
 
 def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> Material:

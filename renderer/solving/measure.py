@@ -75,6 +75,18 @@ def mean_luminance(solution: Solution, position, directions: np.ndarray, name: s
     return Figure(name, float(solution.read_lx(meter(solution)).sum()), *errors, "cd/m²")
 
 
+def stray_light(solution: Solution) -> tuple[float, str]:
+    """Light that patches send where no surface's front is, over all lumens: so much, at most, of a reading by
+    way of the surfaces is another's; and the surface that sends most of it."""
+    exchange, surface = solution.transport.exchange, solution.transport.mesh.surface
+    lumens = float((solution.flux @ solution.bands.luminous).sum())
+    if exchange.lost is None or lumens <= 0:
+        return 0.0, ""
+    stray = exchange.areas * exchange.lost * (solution.radiosity @ solution.bands.luminous)
+    most = int(np.bincount(surface, stray).argmax())
+    return float(stray.sum()) / lumens, solution.scene.surface_names[most]
+
+
 def surface_luminances(solution: Solution) -> list[Figure]:
     """Mean luminance [cd/m²] of each surface of the room and each body, of what of it is not covered."""
     mesh_sequence, own = solution.mesh_sequence, _mean_luminances(solution)

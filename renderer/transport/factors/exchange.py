@@ -134,6 +134,7 @@ class Exchange:
     leak : largest share of a patch's light that meets no surface's front
     worst_patch : of which patch
     kept : what solves leave for the next one
+    lost : (n,) that share of each patch, where rays tell
     """
 
     areas: np.ndarray
@@ -144,6 +145,7 @@ class Exchange:
     leak: float
     worst_patch: int
     kept: dict = field(default_factory=dict, repr=False)
+    lost: np.ndarray | None = None
 
     @property
     def single(self) -> bool:
@@ -169,7 +171,8 @@ class Exchange:
                       "diagonal": self.matrix.diagonal}
         errors = np.array([self.closure_error, self.reciprocity_error, self.leak])
         worst = np.array([*self.worst_pair, self.worst_patch])
-        return {"areas": self.areas, "errors": errors, "worst": worst, **matrix}
+        lost = {} if self.lost is None else {"lost": self.lost}
+        return {"areas": self.areas, "errors": errors, "worst": worst, **lost, **matrix}
 
 
 def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
@@ -180,7 +183,8 @@ def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
         matrix = SplitSymmetric(given, given.T.tocsr(), arrays["diagonal"])
     *pair, patch = (int(k) for k in arrays["worst"])
     closure, unequal, leak = map(float, arrays["errors"])
-    return Exchange(arrays["areas"], matrix, closure, unequal, tuple(pair), leak, patch)
+    return Exchange(arrays["areas"], matrix, closure, unequal, tuple(pair), leak, patch,
+                    lost=arrays.get("lost"))
 
 
 def better_dense(n: int, entries: int) -> bool:

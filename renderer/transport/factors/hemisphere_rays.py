@@ -141,7 +141,8 @@ def count(mesh: Mesh, hits: np.ndarray, dense: bool = True) -> Exchange:
     if dense and better_dense(n, 2 * hits.size):
         matrix = matrix.toarray()
     leak = float(open_.lost.max())
-    return Exchange(areas, balance(matrix, areas)[0], leak, error, pair, leak, int(open_.lost.argmax()))
+    return Exchange(areas, balance(matrix, areas)[0], leak, error, pair, leak, int(open_.lost.argmax()),
+                    lost=open_.lost)
 
 
 def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -> tuple:

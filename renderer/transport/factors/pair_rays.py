@@ -113,10 +113,11 @@ def contour_exchange(
     sight : None in a convex room with nothing in it
     """
     factors = point_factors(mesh.centroid, mesh.normal, mesh)
-    areas, leak, worst = mesh.area, 0.0, 0
+    areas, leak, worst, lost = mesh.area, 0.0, 0, None
     if pair_visibility is not None:
         areas = mesh.area * pair_visibility.openness.exposed
-        leak, worst = float(pair_visibility.openness.lost.max()), int(pair_visibility.openness.lost.argmax())
+        lost = pair_visibility.openness.lost
+        leak, worst = float(lost.max()), int(lost.argmax())
         factors[areas == 0], factors[:, areas == 0] = 0.0, 0.0
     matrix, n_surfaces = _symmetric(mesh, factors), mesh.surface.max() + 1
     live, to_surfaces = areas > 0, np.empty((n_surfaces, len(areas)))
@@ -142,7 +143,8 @@ def contour_exchange(
     error, pair = reciprocity((to_surfaces @ member).T, np.bincount(mesh.surface, areas))
     matrix, scale = balance(matrix, areas)
     whole *= scale[first] * scale[second]
-    return Exchange(areas, matrix, float(closure.max(initial=0.0)), error, pair, leak, worst), whole
+    return Exchange(areas, matrix, float(closure.max(initial=0.0)), error, pair, leak, worst,
+                    lost=lost), whole
 
 
 def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
