@@ -44,7 +44,8 @@ MAX_TRIANGLES_KEPT = 4
 """A polygon smaller than a patch and of no more triangles than this keeps them."""
 HINDRANCES = 64
 """A room with more flat parts than this that can stand in the way is one obstacle as a whole."""
-
+SLIVER = 1e-9
+"""A patch narrower than this, relative to its length, has no area."""
 FRONT, BOTH = (True, False), (True, True)
 """Which sides of a face are exposed, where nothing covers it."""
 
@@ -67,14 +68,13 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float, fin
                 free.append((index, luminaire))
     builder = _Builder(patch_size, COPLANAR * scene.room.scale, scene.surfaces, luminaires,
                        CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area) if finer_near else np.inf)
-    of_room = builder.of_room
     rectangles = [(index, face, sides) for index, of in every
                   for face, sides in zip(of.parts.rectangles, of.sides[0], strict=True)]
     polygons = [(index, face, sides) for index, of in every
                 for face, sides in zip(of.parts.polygons, of.sides[1], strict=True)]
-    own = [r.corners for index, r, _ in rectangles if of_room[index]]
+    own = [r.corners for index, r, _ in rectangles if builder.of_room[index]]
     own += [m.outline for m in mountings if not m.cut_out]
-    bodies = [r.corners for index, r, _ in rectangles if not of_room[index]]
+    bodies = [r.corners for index, r, _ in rectangles if not builder.of_room[index]]
     outlines = Outlines(np.array(own + bodies).reshape(-1, 4, 3), len(own))
     flat = [(index, face) for index, face, _ in (*rectangles, *polygons)]
     two_sided = {index for index, surface in enumerate(scene.surfaces) if surface.two_sided}
@@ -87,7 +87,7 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float, fin
     for index, polygon, sides in polygons:
         builder.add_polygon(index, polygon, faces, mountings, sides)
     for index, of in every:
-        for sides in (np.unique(of.sides[2], axis=0)):
+        for sides in np.unique(of.sides[2], axis=0):
             builder.add_triangles(index, of.parts.triangles[(of.sides[2] == sides).all(axis=1)], sides)
     for index, luminaire in free:
         builder.add_face(index, luminaire, BOTH)
@@ -99,15 +99,13 @@ def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float, fin
 
 def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
     """Boxes (m, 8, 3) [m] around whatever can stand between two places in a room, flat ones for walls."""
-    flat = []
     around = [body.mesh.bounds for body in scene.bodies if not body.of_room]
-    walls = [body for body in scene.bodies if body.of_room]
+    flat, walls = [], [body for body in scene.bodies if body.of_room]
     if sum(len(body.parts.rectangles) + len(body.parts.polygons) for body in walls) > HINDRANCES:
         around += [body.mesh.bounds for body in walls]
     else:
-        faces = [face for body in walls for face in (*body.parts.rectangles, *body.parts.polygons)]
-        flat += [face.corners if isinstance(face, Rectangle) else face.frame for face in faces]
-        flat += [triangle for body in walls for triangle in body.parts.triangles]
+        for of in (body.parts for body in walls):
+            flat += [*(r.corners for r in of.rectangles), *(p.frame for p in of.polygons), *of.triangles]
     around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for lum in sheets]
     hindrances = scene.room.hindrances
     if len(hindrances) > HINDRANCES:
@@ -156,6 +154,10 @@ class _Builder:
 
     def add(self, vertices, patches, surface, vertex_surface, sides=FRONT, sheet=False):
         """Add patches (k, 4) of vertices (n, 3); of a sheet their backs too. sides : which face air (2,)"""
+        a, b, c = vertices[patches[:, :3]].swapaxes(0, 1)
+        longest2 = np.maximum(((b - a)**2).sum(axis=1), ((c - a)**2).sum(axis=1))
+        keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > SLIVER * longest2
+        patches, surface = patches[keep], surface[keep]
         k, front = len(patches), self.n_patches
         self._append(vertices, patches, surface, vertex_surface, sides[0])
         if not sheet:
