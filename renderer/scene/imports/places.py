@@ -1,0 +1,91 @@
+"""Where a panel, meters and a camera go in a room whose file has none."""
+
+import numpy as np
+import shapely
+
+from renderer.scene.imports.shape import Shape
+from renderer.scene.imports.sorting import grid_of_places
+from renderer.scene.room import Room, nearest, winding
+
+WORKING_PLANE = 0.75
+"""Height of the working plane [m] (EN 12464-1:2021, 3.20 leaves it to the task; offices use 0.75)."""
+BORDER = 0.5
+"""Strip along the walls [m] that a grid leaves out (EN 12464-1:2021, 4.4)."""
+EYE, LOOK = 1.6, 1.0
+"""Heights of the camera, and of what it looks at [m]."""
+PANEL = 0.6
+"""Side of the panel that is put where a file has no luminaire [m]."""
+INSIDE = 0.75
+"""Winding number from which a place is in the air of a room; on a wall it is a half."""
+
+
+def is_inside(points: np.ndarray, room: Room) -> np.ndarray:
+    """Which points (k, 3) are in a room, and not on its walls (k,)."""
+    points = np.asarray(points, dtype=float).reshape(-1, 3)
+    low, high = room.bounds
+    inside = ((points > low) & (points < high)).all(axis=1)
+    if inside.any():
+        inside[inside] = winding(points[inside], room.shell) > INSIDE
+    return inside
+
+
+def middle(shape: Shape, room: Room) -> tuple[np.ndarray, float]:
+    """The place (3,) of a room under whose ceiling a panel goes, and how far it is from the walls [m]."""
+    if shape.size is not None:
+        return shape.size * (0.5, 0.5, 1.0), float(shape.size[:2].min() / 2)
+    if shape.outline is not None:
+        line = shapely.maximum_inscribed_circle(shapely.Polygon(shape.outline))
+        return np.array([*line.coords[0], shape.height]), float(line.length)
+    places = grid_of_places(room.shell)
+    places = places[is_inside(places, room)]
+    if not len(places):
+        return room.bounds.mean(axis=0), 0.0
+    apart = np.array([nearest(place, room.shell)[0] for place in places])
+    # The one farthest from the walls; of two alike the higher.
+    best = int((apart + 1e-6 * places[:, 2]).argmax())
+    return places[best], float(apart[best])
+
+
+def free_places(room: Room, boxes: np.ndarray, height: float) -> np.ndarray:
+    """Places (k, 3) all over a room at a height [m] that are in no thing's extent (m, 2, 3)."""
+    low, high = room.bounds
+    along = (np.arange(9) + 0.5) / 9
+    x, y = np.meshgrid(low[0] + along * (high - low)[0], low[1] + along * (high - low)[1], indexing="ij")
+    places = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)])
+    places = places[is_inside(places, room)]
+    return places[~in_boxes(places, boxes)]
+
+
+def in_boxes(points: np.ndarray, boxes: np.ndarray) -> np.ndarray:
+    """Which points (k, 3) lie in one of some extents (m, 2, 3), or within 1 cm of it (k,)."""
+    if not len(boxes):
+        return np.zeros(len(points), dtype=bool)
+    return ((points[:, None] > boxes[None, :, 0] - 0.01) & (points[:, None] < boxes[None, :, 1] + 0.01)
+            ).all(axis=2).any(axis=1)
+
+
+def height_of_plane(room: Room) -> float:
+    """The height of the working plane [m] in a room: half of that of a low one."""
+    low, high = room.bounds[:, 2]
+    return float(low + (WORKING_PLANE if high - low > 1.5 * WORKING_PLANE else (high - low) / 2))
+
+
+def grid(room: Room) -> dict:
+    """The table of a grid on the working plane."""
+    low, high = room.bounds
+    sides = (high - low)[:2]
+    border = BORDER if sides.min() > 3 * BORDER else 0.0
+    return {"name": "working plane", "origin": [*low[:2], height_of_plane(room)],
+            "u": [sides[0], 0.0, 0.0], "v": [0.0, sides[1], 0.0], "border": border}
+
+
+def camera(room: Room, boxes: np.ndarray) -> dict | None:
+    """The table of a camera, far from the middle of the room; None where no place is free."""
+    low, high = room.bounds
+    height = high[2] - low[2]
+    places = free_places(room, boxes, low[2] + min(EYE, 0.6 * height))
+    if len(places) < 2:
+        return None
+    target = np.array([*places[:, :2].mean(axis=0), low[2] + min(LOOK, 0.4 * height)])
+    best = places[np.linalg.norm(places - target, axis=1).argmax()]
+    return {"position": list(best), "look_at": list(target), "fov": 80.0}

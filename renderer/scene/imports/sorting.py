@@ -1,0 +1,134 @@
+"""Loose faces of a file told apart: the surface around a room, and what stands in it."""
+
+import numpy as np
+
+from renderer.scene.imports.record import Face, Thing
+from renderer.scene.imports.shape import normal_of
+from renderer.scene.model_files.edges import Edges, connected
+from renderer.scene.model_files.heap import areas, heap
+from renderer.scene.model_files.read import Polygons
+from renderer.scene.model_files.triangulate import triangulated
+from renderer.scene.model_files.weld import facets
+from renderer.scene.room import winding
+
+AROUND = 0.5
+"""Least winding number about a place for faces to count as around it."""
+LEAST_HEIGHT = 1.8
+"""A closed surface with nothing in it is a room from this height on [m]; else a piece of furniture."""
+ROOM_SHARE = 0.3
+"""A room's extent fills at least this share of that of the whole file."""
+PLACES = 6
+"""Places tried along each side of an extent."""
+
+
+def triangles_of(face: Face) -> np.ndarray:
+    """A face as triangles (k, 3, 3) [m], wound as its outline is."""
+    import mapbox_earcut
+
+    vertices = np.concatenate(face.rings)
+    if len(face.rings) == 1:
+        index, _ = triangulated(vertices, np.arange(len(vertices)), np.array([len(vertices)]))
+        return vertices[index]
+    normal = normal_of(face.rings[0])
+    size = np.linalg.norm(normal)
+    if size == 0:
+        return np.zeros((0, 3, 3))
+    normal = normal / size
+    x = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    x /= np.linalg.norm(x)
+    flat = np.ascontiguousarray((vertices - vertices[0]) @ np.stack([x, np.cross(normal, x)]).T)
+    ends = np.cumsum([len(ring) for ring in face.rings]).astype(np.uint32)
+    index = mapbox_earcut.triangulate_float64(flat, ends).reshape(-1, 3).astype(np.int64)
+    found = vertices[index]
+    against = np.einsum("ki,i->k", np.cross(found[:, 1] - found[:, 0], found[:, 2] - found[:, 0]), normal) < 0
+    found[against] = found[against, ::-1]
+    return found
+
+
+def sorted_faces(faces: list[Face], names: list[str]) -> tuple[list[Face], list[Thing]]:
+    """Faces around a room, empty where none are, and the things in it.
+
+    names : of each face what the file calls the thing that it is of
+    """
+    polygons = _polygons(faces)
+    found = facets(polygons)
+    whole = heap(found)
+    if not len(whole.faces):
+        return [], []
+    edges = Edges(whole.faces)
+    order = np.argsort(edges.edge, kind="stable")
+    same = np.diff(edges.edge[order]) == 0
+    piece = connected(len(whole.faces), order[:-1][same] // 3, order[1:][same] // 3)
+    shell = _shell(whole.vertices, whole.faces, piece)
+    room, things = [], {}
+    for k in range(int(piece.max()) + 1):
+        owners = whole.part[piece == k]
+        if k == shell:
+            room = _whole_faces(faces, whole, piece == k)
+            continue
+        name = names[int(owners[0])]
+        things.setdefault(name, []).extend(_whole_faces(faces, whole, piece == k))
+    return room, [Thing(name, parts) for name, parts in things.items()]
+
+
+def encloses(faces: list[Face]) -> bool:
+    """Whether faces are all of closed surfaces."""
+    whole = heap(facets(_polygons(faces)))
+    return bool(len(whole.faces)) and bool((whole.solid >= 0).all())
+
+
+def _whole_faces(faces: list[Face], whole, chosen: np.ndarray) -> list[Face]:
+    """The file's own faces that some triangles (k,) are of, wound as these are; in triangles where only some
+    of a face is chosen."""
+    result = []
+    area = areas(whole.vertices, whole.faces)
+    for owner in np.unique(whole.part[chosen]):
+        face, mine = faces[owner], chosen & (whole.part == owner)
+        own = np.linalg.norm(normal_of(face.rings[0]))
+        if len(face.rings) == 1 and abs(area[mine].sum() - own) < 1e-6 * own:
+            first = whole.vertices[whole.faces[mine]]
+            total = np.cross(first[:, 1] - first[:, 0], first[:, 2] - first[:, 0]).sum(axis=0)
+            ring = face.rings[0] if total @ normal_of(face.rings[0]) > 0 else face.rings[0][::-1]
+            result.append(Face((ring,), face.finish, face.kind))
+        else:
+            result += [Face((corners,), face.finish, face.kind)
+                       for corners in whole.vertices[whole.faces[mine]]]
+    return result
+
+
+def _polygons(faces: list[Face]) -> Polygons:
+    vertices, sizes, part = [], [], []
+    for k, face in enumerate(faces):
+        for ring in (face.rings if len(face.rings) == 1 else triangles_of(face)):
+            vertices.append(ring)
+            sizes.append(len(ring))
+            part.append(k)
+    count = sum(sizes)
+    return Polygons(np.concatenate(vertices), np.arange(count), np.array(sizes), np.array(part),
+                    [()] * len(faces), [None] * len(faces))
+
+
+def _shell(vertices: np.ndarray, faces: np.ndarray, piece: np.ndarray) -> int | None:
+    """Which of the connected pieces (k,) is around a room; None for none."""
+    used = vertices[faces]
+    size = np.maximum(np.ptp(used, axis=(0, 1)), 1e-9)
+    best, largest = None, ROOM_SHARE
+    for k in range(int(piece.max()) + 1):
+        mine = used[piece == k]
+        share = float(np.prod(np.ptp(mine, axis=(0, 1)) / size))
+        if share <= largest or len(mine) < 4:
+            continue
+        if np.abs(winding(grid_of_places(mine), mine)).max() > AROUND:
+            best, largest = k, share
+    if best is None:
+        return None
+    alone = not (np.abs(winding(used[piece != best].mean(axis=1), used[piece == best])) > AROUND).any()
+    return None if alone and np.ptp(used[piece == best][..., 2]) < LEAST_HEIGHT else best
+
+
+def grid_of_places(corners: np.ndarray, count: int = PLACES) -> np.ndarray:
+    """Places (n, 3) all over the extent of triangles (k, 3, 3), none on its border."""
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    along = (np.arange(count) + 0.5) / count
+    grid = np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1).reshape(-1, 3)
+    return low + grid * (high - low)

@@ -1,0 +1,201 @@
+"""The scene file of what was read: one room, with what is in it, its meshes and photometric files beside."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.scene.imports import places
+from renderer.scene.imports.choice import renamed_finishes, rooms_and_things
+from renderer.scene.imports.draft import Draft, Written
+from renderer.scene.imports.obj_text import obj_text
+from renderer.scene.imports.record import DEFAULTS, Face, Finish, Imported, Space, Thing
+from renderer.scene.imports.shape import assumed, shape_of, upright, with_finishes
+from renderer.scene.imports.tables import lamp_tables, object_tables
+from renderer.scene.imports.toml_text import clean, key, table
+from renderer.scene.reading import load
+from renderer.scene.room import Room
+from renderer.system.files import whole_file
+
+MOST_TRIED = 5
+"""Rooms that are tried, where none is asked for and one makes no scene."""
+MOST_DROPPED = 200
+"""Objects and luminaires that the scene may refuse before the import is given up."""
+SHOWN = 40
+"""Lines of what was not carried over that a scene file lists."""
+
+
+def write_scene(found: Imported, target: Path, chosen: str | None = None) -> Written:
+    """Write a scene of one room of what was read. Raises InputError.
+
+    target : the scene file; chosen : the room's name; else the first that makes a scene, of those with lamps,
+    then of those with furniture, the largest first
+    """
+    found = renamed_finishes(found)
+    spaces, things, notes = rooms_and_things(found, chosen)
+    refused: list[InputError] = []
+    for space in spaces[:MOST_TRIED]:
+        written = Written([], space.name, sorted(each.name for each in found.spaces or spaces),
+                          list(found.not_carried),
+                          [*found.notes, *notes, *(str(fault) for fault in refused)])
+        try:
+            return _write(found, space, things, target, written)
+        except InputError as fault:
+            refused.append(fault)
+    raise refused[0]
+
+
+def _write(found: Imported, space: Space, things: list[Thing], target: Path, written: Written) -> Written:
+    faces, kinds = with_finishes(space.faces)
+    finishes = {**found.finishes, **{assumed(kind): Finish(assumed(kind), DEFAULTS[kind]) for kind in kinds}}
+    if kinds:
+        written.notes.append("The file gives no reflectance for some of " + ", ".join(kinds) + ": "
+                             + ", ".join(f"{DEFAULTS[kind]:g}" for kind in kinds) + " is assumed")
+    draft = Draft(target, shape_of(faces), finishes, written)
+    room_table, room = _room(draft, faces, found.title)
+    objects = object_tables(draft, things, room)
+    lamps = lamp_tables(draft, found.lamps, room)
+    _settled(draft, found.title, room_table, objects, lamps, room)
+    return written
+
+
+def _room_table(draft: Draft) -> dict:
+    shape, names = draft.shape, draft.shape.finishes
+    if shape.size is not None:
+        walls = {key: name for key, name in names.items() if key.startswith("wall_")}
+        common = max(set(walls.values()), key=list(walls.values()).count)
+        return {"size": list(shape.size), "floor": names["floor"], "ceiling": names["ceiling"],
+                "walls": common, **{key: name for key, name in walls.items() if name != common}}
+    if shape.outline is not None:
+        walls = [names[f"wall_{k}"] for k in range(len(shape.outline))]
+        common = max(set(walls), key=walls.count)
+        own = {f"wall_{k}": name for k, name in enumerate(walls) if name != common}
+        return {"outline": [list(point) for point in shape.outline], "height": shape.height,
+                "floor": names["floor"], "ceiling": names["ceiling"], "walls": common,
+                "surfaces": own or None}
+    return {"mesh": draft.beside("room.obj", obj_text(shape.faces)), "up": "z", "units": "m"}
+
+
+def _room(draft: Draft, faces: list[Face], title: str) -> tuple[dict, Room]:
+    """The room's table, and the room as the program reads it. Faces that do not close are replaced by upright
+    walls around their floor. Raises InputError."""
+    try:
+        return _read(draft, title)
+    except InputError as refused:
+        fault, simpler = refused, upright(faces)
+    draft.target.unlink()
+    if draft.shape.faces and simpler is not None:
+        draft.shape = simpler
+        draft.remove_parts()
+        try:
+            table_and_room = _read(draft, title)
+        except InputError:
+            draft.target.unlink()
+        else:
+            why = str(fault).partition("room.obj ")[2] or str(fault)
+            draft.written.not_carried.append("the room's own shape, whose faces do not close (the file "
+                                             f"{why}); upright walls around its floor are written")
+            return table_and_room
+    draft.remove_parts()
+    raise InputError(f"The room {clean(draft.written.room)!r} cannot be made a scene: {fault}")
+
+
+def _read(draft: Draft, title: str) -> tuple[dict, Room]:
+    room_table = _room_table(draft)
+    with whole_file(draft.target) as part:
+        part.write_text(_text(draft, title, room_table, [], [], {}), encoding="utf-8")
+    return room_table, load(draft.target).room
+
+
+def _settled(draft: Draft, title: str, room_table: dict, objects: list[dict], lamps: list[dict],
+             room: Room) -> None:
+    """Write the scene; what it refuses of objects and luminaires is left out, and listed."""
+    parts = {"objects": objects, "luminaires": lamps, "photometer_grids": [places.grid(room)]}
+    for _ in range(MOST_DROPPED):
+        extra = _extra(draft, parts, room)
+        text = _text(draft, title, room_table, parts["objects"], parts["luminaires"], extra)
+        with whole_file(draft.target) as part:
+            part.write_text(text, encoding="utf-8")
+        try:
+            load(draft.target)
+        except InputError as fault:
+            said = re.match(r".*?: (objects|luminaires|photometer_grids)\[(\d+)\](.*)", str(fault), re.DOTALL)
+            if said is None or not parts[said[1]]:
+                draft.target.unlink()
+                raise
+            gone = parts[said[1]].pop(int(said[2]))
+            why = said[3].lstrip(".: ").removeprefix(repr(gone["name"])).strip()
+            draft.written.not_carried.append(f"{gone['name']!r}: {why}")
+        else:
+            break
+    draft.written.files.insert(0, draft.target)
+
+
+def _extra(draft: Draft, parts: dict, room: Room) -> dict:
+    """What every scene needs, by its tables: meters, a camera, a panel where there is no lamp."""
+    boxes = np.array([_extent_of(entry, draft) for entry in parts["objects"]]).reshape(-1, 2, 3)
+    spot, apart = places.middle(draft.shape, room)
+    extra = {"photometer_grids": parts["photometer_grids"], "camera": places.camera(room, boxes)}
+    if not parts["luminaires"]:
+        side = min(places.PANEL, apart)
+        extra["luminaires"] = [{"name": "panel", "shape": "rectangle", "center": list(spot),
+                                "normal": [0.0, 0.0, -1.0], "size": [side, side], "flux": 4000.0,
+                                "remark": "the file has no luminaire in this room: put yours here"}]
+    meter = np.array([*spot[:2], places.height_of_plane(room)])
+    if not places.is_inside(meter, room)[0] or places.in_boxes(meter[None], boxes)[0]:
+        free = places.free_places(room, boxes, meter[2])
+        meter = free[np.linalg.norm(free - meter, axis=1).argmin()] if len(free) else None
+    if meter is not None:
+        extra["photometers"] = [{"name": "middle", "position": list(meter)}]
+    return extra
+
+
+def _extent_of(entry: dict, draft: Draft) -> np.ndarray:
+    """Extent (2, 3) of an object's table."""
+    if "size" in entry:
+        low = np.array(entry["position"])
+        return np.array([low, low + entry["size"]])
+    lines = (draft.target.parent / entry["mesh"]).read_text(encoding="utf-8").splitlines()
+    points = np.array([line.split()[1:] for line in lines if line.startswith("v ")], dtype=float)
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _text(draft: Draft, title: str, room_table: dict, objects: list[dict], lamps: list[dict],
+          extra: dict) -> str:
+    written, shift = draft.written, draft.shape.turn
+    lines = [f"# {clean(note, 300)}." for note in written.notes]
+    origin = -shift[:3, :3].T @ shift[:3, 3]
+    lines.append("# The origin of this scene is at " + ", ".join(f"{x + 0.0:.6g}" for x in origin)
+                 + " m of the file.")
+    if written.not_carried:
+        lines.append("# Not carried over:")
+        lines += [f"#   {clean(each, 300)}" for each in written.not_carried[:SHOWN]]
+        if len(written.not_carried) > SHOWN:
+            lines.append(f"#   and {len(written.not_carried) - SHOWN} more")
+    own = room_table.get("surfaces")
+    used = {name for key, name in room_table.items() if key in ("floor", "ceiling") or key.startswith("wall")}
+    used |= set((own or {}).values()) | {face.finish for face in draft.shape.faces}
+    used |= {name for entry in objects for name in (entry["material"], *(entry.get("materials") or ()))}
+    text = "\n".join(lines) + f"\n\n{table('', {'title': clean(title) or 'Room'}).lstrip()}\n"
+    text += table("[room]", {key: item for key, item in room_table.items() if key != "surfaces"})
+    text += table("[room.surfaces]", own) if own else ""
+    text += "\n" + "".join(_material(draft.finishes[name]) for name in sorted(used - {None}))
+    for name, entries in (("luminaires", [*lamps, *extra.get("luminaires", [])]), ("objects", objects),
+                          ("photometers", extra.get("photometers", [])),
+                          ("photometer_grids", extra.get("photometer_grids", []))):
+        for entry in entries:
+            values = {key: item for key, item in entry.items() if key != "remark"}
+            text += "\n" + table(f"[[{name}]]", values, entry.get("remark", ""))
+    if extra.get("camera"):
+        text += "\n" + table("[camera]", extra["camera"])
+    return text
+
+
+def _material(finish: Finish) -> str:
+    if finish.rgb is not None:
+        return table(f"[materials.{key(finish.name)}]", {"rgb": list(finish.rgb)}, finish.remark)
+    if finish.reflectance is not None:
+        return table(f"[materials.{key(finish.name)}]", {"reflectance": finish.reflectance}, finish.remark)
+    return table(f"[materials.{key(finish.name)}]", {"reflectance": DEFAULTS["furniture"]},
+                 finish.remark or "the file gives no reflectance: assumed")
