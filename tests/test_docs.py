@@ -167,3 +167,18 @@ def test_pictures_are_shown_small_and_made_by_one_command():
                      for kind in ("", "_pseudocolour", *(["_isolux"] if isolux else []))}
     assert kept == {*pictures.MADE, *gallery_rooms, *(f"tradeoff_{room}.png" for room in rooms), "report.png",
                     "window.png"}
+
+
+def test_decisions_have_a_number_each_and_those_cited_exist():
+    page = (DOCS / "decisions.md").read_text(encoding="utf-8")
+    entries = re.findall(r"^\*\*D(\d+) \(20\d\d-\d\d\)\. ", page, re.M)
+    assert len(entries) == len(set(entries)) > 0
+    for source in sorted((ROOT / "renderer").rglob("*.py")) + sorted((ROOT / "tests").glob("*.py")):
+        cited = re.findall(r"decisions\.md, D(\d+)", source.read_text(encoding="utf-8"))
+        assert set(cited) <= set(entries), f"{source} cites what docs/decisions.md does not have"
+
+
+def test_decisions_are_short():
+    entries = (DOCS / "decisions.md").read_text(encoding="utf-8").split("\n**D")[1:]
+    long = [entry.split("(")[0] for entry in entries if len(entry.split("\n\n")[0].splitlines()) > 3]
+    assert not long, f"entries of more than three lines: D{', D'.join(long)}"

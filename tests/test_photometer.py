@@ -137,7 +137,7 @@ def test_one_patch_a_wall_still_has_an_error_bar(room):
 def test_pieces_seen_in_part_say_what_smaller_ones_do(room, monkeypatch):
     # From under a low plate most pieces of the walls are seen in part, and their lower part at that. Taken at
     # their middles they read 0.19 % more than pieces 25 times as small do, when they filled 1/4000 of the
-    # view; now they fill 1/500, and 0.1 % is what such pieces may err by (docs/decisions.md).
+    # view; now they fill 1/500, and 0.1 % is what such pieces may err by (docs/decisions.md, D31).
     plate = {"shape": "box", "name": "plate", "position": [1.0, 1.0, 0.3], "size": [2.0, 2.0, 0.02]}
     solution = renderer.solve(room(objects=[plate]), "rgb", 0.02)
     read = []

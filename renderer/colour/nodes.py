@@ -14,7 +14,7 @@ GRID = np.arange(400.0, 701.0, 5.0)
 """Wavelengths that a node may take [nm]."""
 START = (480.0, 515.0, 545.0, 580.0, 615.0, 655.0)
 """Where the search begins [nm]; it ends in the nearest hollow. Deeper ones fit the chips better, and other
-reflectances worse (docs/decisions.md)."""
+reflectances worse (docs/decisions.md, D62)."""
 ROOMS = (0.5, 0.8, 0.95)
 """How much of its light a room sends back to a paint, for the rooms that the weights are fitted to."""
 BRIGHTEST = 0.97

@@ -19,7 +19,7 @@ PARALLEL_EDGES = 1e-12
 """Edges that turn from each other by less have their integral in closed form."""
 GAUSS_NODES = 48
 """Of other edges, drawn to their ends: factors of triangles that touch are then right to 1e-6, of slivers to
-1e-4 (docs/decisions.md)."""
+1e-4 (docs/decisions.md, D4)."""
 FAR_POLYGON_NODES = ((1.5, 6), (1.01, 12))
 """Polygons whose middles are so many times their two radii apart do with so few nodes, not drawn to the
 ends: 1e-5 of what they exchange at worst."""

@@ -27,7 +27,7 @@ OF_GRID, OF_METERS = 8, 8
 """Points read of each grid, and photometers, spread over the scene's."""
 OF_MESH, OF_RAYS, OF_SIZE = 0.8, 0.7, 0.5
 """A bar's part by the mesh falls as patches' mean size to that power; by sampling as rays, and that size,
-to those (docs/decisions.md)."""
+to those (docs/decisions.md, D49)."""
 RAYS_OF_EVERY_MESH = 1500
 """Of so many elements is what a meter costs whatever the mesh: its rays, which are as many."""
 

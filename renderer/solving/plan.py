@@ -20,7 +20,8 @@ MAX_PATCHES_UNASKED = 150_000
 """Patches that a mesh is refined to, unasked."""
 RAYS_AT_1_PERCENT, RAYS_GROW = 400, 0.7
 """Rays a patch, with that many patches; of a finer mesh fewer do, since its readings add up more. And the
-power of one over the accuracy that they grow as: bars by sampling then fall with it (docs/decisions.md)."""
+power of one over the accuracy that they grow as: bars by sampling then fall with it
+(docs/decisions.md, D47)."""
 FEWEST_RAYS, MOST_RAYS = 256, 8192
 PROMISE, PROMISE_WITH_RAYS = 0.001, 0.002
 """What memory allows at a point 1 cm from a corner at ρ = 0.9, and under a table: the hardest places

@@ -23,7 +23,7 @@ from renderer.system.lazy import cached_property
 from renderer.transport.transport import Transport, refuse_hidden
 
 OPENING_QUADRATURE_ERROR = 4e-4
-"""Share of a reading that light through a measured luminaire's opening may err by (docs/decisions.md)."""
+"""Error of light through a measured luminaire's opening, as a share of a reading (docs/decisions.md, D52)."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ and what they err by is told by a coarser mesh with fewer."""
 PROBE_RAYS, MORE_RAYS = 64, 1024
 """Rays of a patch that tell whether it is covered in part, and if so how much of it."""
 PATCH_RAYS_PER_VERTEX_RAY = 4
-"""So many times fewer rays of a vertex than of a patch do for readings (docs/decisions.md)."""
+"""So many times fewer rays of a vertex than of a patch do for readings (docs/decisions.md, D8)."""
 RAYS_WORTH_SENDING = 10_000_000
 """Rays of a mesh from which other machines cast them, where there are any; fewer are done here sooner."""
 

@@ -16,7 +16,7 @@ from renderer.transport.rays.sampling import Nets
 
 NEAR_PAIR_DIAGONALS = 2.0
 """Pairs nearer than this many times the longer one's diagonal are integrated over both patches; farther
-ones from middle to patch (docs/decisions.md)."""
+ones from middle to patch (docs/decisions.md, D3)."""
 RAYS_PER_SLICE = 1 << 15
 """Rays between pairs worked on at once: what stays in the cache."""
 PATCHES_PER_TILE = 128
