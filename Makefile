@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow docs pictures gallery tradeoff validation examples study three clean
+.PHONY: compare test lint slow docs pictures gallery tradeoff validation examples study three clean site lowest dist
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -35,6 +35,7 @@ validation: $(VENV)/installed
 # What commands print in the pages, and what the notebook shows.
 examples: $(VENV)/tested
 	$(BIN)/python docs/pages.py
+	$(BIN)/python docs/api.py
 	$(BIN)/python docs/notebook.py
 
 # Speed against accuracy in three rooms, into docs/tradeoff.md; on a quiet machine.
@@ -76,6 +77,25 @@ $(VENV)/installed: pyproject.toml $(BIN)/python
 $(VENV)/tested: pyproject.toml $(BIN)/python
 	$(BIN)/pip install --quiet --editable '.[test]'
 	@touch $@ $(VENV)/installed
+
+# The pages as one site to search and read without a network: build/site/index.html.
+site: $(VENV)/tested
+	$(BIN)/pip install --quiet '.[site]'
+	$(BIN)/python docs/api.py
+	$(BIN)/python docs/build_site.py
+
+# The tests against the lowest version of every dependency that pyproject.toml allows.
+lowest: $(BIN)/python
+	$(BIN)/pip install --quiet uv
+	$(BIN)/uv venv --quiet --clear build/lowest
+	$(BIN)/uv pip install --quiet --python build/lowest --resolution lowest-direct --editable '.[test]'
+	build/lowest/bin/python -m pytest -m "not slow"
+
+# What is published: a wheel of under 5 MB for every system, and the source.
+dist: $(VENV)/tested
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/twine check --strict dist/*
 
 clean:
 	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .hypothesis

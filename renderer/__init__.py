@@ -1,51 +1,47 @@
 """Does it matter that lighting software models colour as RGB? Spectral radiosity of rooms.
 
     import renderer
-    scene = renderer.load("red_room")                   # a packaged room, or a scene file
+    scene = renderer.load("red_room")                   # a packaged room, a scene file, or a dict of its keys
     solution = renderer.solve(scene, "31")              # a notebook shows it: picture and readings
     solution.photometers()                              # the scene's own, with error bars
     solution.photometer([2.7, 2.7, 0], [0, 0, 1]).total_lx
+    renderer.solve(scene.with_values({"materials.red.munsell": "5R 4/14"}), "31")
     solution.to_xarray().illuminance.groupby("surface").max()
 """
 
-import os
+import os as _os
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from renderer.errors import InputError, SolveError
 
+if _TYPE_CHECKING:
+    from renderer.door import Scene, Solution, load, solve
+    from renderer.readings.glare import Glare
+    from renderer.readings.grid import GridReading
+    from renderer.readings.reading import Reading
+    from renderer.readings.uncertainty import Figure
+
+__version__ = "0.2.0"
+
 # OpenBLAS's threads wait for the next product for some 2^26 cycles, on the cores that rays and factors are
 # worked out on meanwhile; it reads this where numpy is imported after renderer.
-os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "18")
+_os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "18")
 
-__all__ = ["InputError", "SolveError", "load", "solve"]
-
-
-def __getattr__(name: str):
-    """`load` and `solve`, imported when first used: numpy and scipy take a while."""
-    if name == "load":
-        from renderer.scene.reading import load
-
-        return load
-    if name == "solve":
-        from renderer.solving.solution import Solution, solve
-
-        # A solution knows neither pictures nor xarray, which come after it: here it is given both.
-        Solution._repr_html_, Solution.to_xarray = _repr_html_, to_xarray
-        return solve
-    raise AttributeError(f"module 'renderer' has no attribute {name!r}")
+__all__ = ["Figure", "Glare", "GridReading", "InputError", "Reading", "Scene", "Solution", "SolveError",
+           "load", "solve"]
+_WHERE = {"Glare": "renderer.readings.glare", "GridReading": "renderer.readings.grid",
+          "Reading": "renderer.readings.reading", "Figure": "renderer.readings.uncertainty"}
+"""Modules of what is not in renderer.door."""
 
 
-def _repr_html_(solution) -> str:
-    """A solution as a notebook shows it: a small picture, and the readings with error bars."""
-    from renderer.pictures.notebook import html
+def __getattr__(name: str) -> object:
+    """What is public, imported when first used: numpy and scipy take a while."""
+    if name not in __all__:
+        raise AttributeError(f"module 'renderer' has no attribute {name!r}")
+    from importlib import import_module
 
-    return html(solution)
+    return getattr(import_module(_WHERE.get(name, "renderer.door")), name)
 
 
-def to_xarray(solution):
-    """Light on every patch of a solution as an xarray.Dataset, with names and units.
-
-    Raises ImportError where there is no xarray.
-    """
-    from renderer.records.xarray_dataset import dataset
-
-    return dataset(solution)
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -9,6 +9,10 @@ class SolveError(Exception):
     """The scene is well formed but has no answer (no steady state, too large for the memory)."""
 
 
+class OutputError(Exception):
+    """A result cannot be written though its folder can: the disk is full, or fails."""
+
+
 class DisplayError(Exception):
     """There is no display to open a window on."""
 

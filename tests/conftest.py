@@ -28,31 +28,42 @@ PANEL = {"shape": "rectangle", "center": [2.0, 2.0, 3.0], "normal": [0, 0, -1], 
          "luminance": 1000.0}
 
 
-@pytest.fixture
-def room(tmp_path):
-    """A function that writes a scene file for a box room and loads it.
+FACES = ("floor", "ceiling", "wall_x0", "wall_x1", "wall_y0", "wall_y1")
+
+
+def room_table(rho=0.5, size=(4.0, 4.0, 3.0), luminaires=(PANEL,), objects=(), photometers=(), grids=(),
+               solver=None, faces=None, materials=None) -> dict:
+    """The table of a box room, as a scene file has it.
 
     rho : the reflectance of every surface, or a material table; luminaires, objects, photometers, grids :
     lists of tables (an object's material is the walls' unless given); solver : a table; materials : more.
     """
+    paint = rho if isinstance(rho, dict) else {"reflectance": rho}
+    return {"room": {"size": size, **{key: (faces or {}).get(key, "paint") for key in FACES}},
+            "materials": {"paint": paint, "black": {"reflectance": 0.0}, "perfect": {"reflectance": 1.0},
+                          **(materials or {})},
+            "luminaires": luminaires, "objects": [{"material": "paint", **each} for each in objects],
+            "photometers": photometers, "photometer_grids": grids, "solver": solver or {}}
+
+
+@pytest.fixture
+def room():
+    """A function that loads a box room from the arguments of `room_table`."""
+    return lambda *args, **more: load(room_table(*args, **more))
+
+
+@pytest.fixture
+def room_file(tmp_path):
+    """The same from a scene file, as a user would write it."""
     count = iter(range(1000))
 
-    def make(rho=0.5, size=(4.0, 4.0, 3.0), luminaires=(PANEL,), objects=(), photometers=(),
-             grids=(), solver=None, faces=None, materials=None) -> Scene:
-        material = rho if isinstance(rho, dict) else {"reflectance": rho}
-        lines = ["[room]", f"size = {toml(size)}"]
-        lines += [f'{key} = "{(faces or {}).get(key, "paint")}"'
-                  for key in ("floor", "ceiling", "wall_x0", "wall_x1", "wall_y0", "wall_y1")]
-        lines += ["[materials]", f"paint = {toml(material)}", "black = {reflectance = 0.0}",
-                  "perfect = {reflectance = 1.0}"]
-        lines += [f"{name} = {toml(table)}" for name, table in (materials or {}).items()]
-        for name, tables in (("luminaires", luminaires), ("objects", objects),
-                             ("photometers", photometers), ("photometer_grids", grids)):
-            for table in tables:
-                extra = {"material": "paint"} if name == "objects" and "material" not in table else {}
-                lines += [f"[[{name}]]"] + [f"{k} = {toml(v)}" for k, v in {**table, **extra}.items()]
-        lines += ["[solver]"] + [f"{k} = {toml(v)}" if not isinstance(v, int) else f"{k} = {v}"
-                                 for k, v in (solver or {}).items()]
+    def make(*args, **more) -> Scene:
+        table = room_table(*args, **more)
+        lines = []
+        for name, part in table.items():
+            for each in [part] if isinstance(part, dict) else part:
+                lines += [f"[{name}]" if isinstance(part, dict) else f"[[{name}]]"]
+                lines += [f"{k} = {v if type(v) is int else toml(v)}" for k, v in each.items()]
         path = tmp_path / f"scene{next(count)}.toml"
         path.write_text("\n".join(lines))
         return load(path)

@@ -144,9 +144,9 @@ def test_another_geometry_setting_or_program_has_its_own(room, tmp_path, monkeyp
     assert counts == [3, 3, 6, 9, 12, 15]
 
 
-def test_the_commands_say_and_clear_what_is_kept(here, room, tmp_path, monkeypatch):
+def test_the_commands_say_and_clear_what_is_kept(here, room_file, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
-    scene = room(objects=[CRATE], photometers=[METER]).path
+    scene = room_file(objects=[CRATE], photometers=[METER]).path
     ask = ("photometer", scene, "--accuracy", "5%", "--json", "--quiet")
     first, again, without = (json.loads(here(*ask, *more, cwd=tmp_path).stdout)
                              for more in ((), (), ("--no-cache",)))

@@ -83,7 +83,7 @@ def _die():
 
 def test_a_task_that_kills_every_worker_is_said_in_one_sentence(cluster):
     with connected(cluster.scheduler_address) as client, pytest.raises(SolveError, match="died at one task"):
-        list(as_done([client.submit(_die)]))
+        list(as_done([client.submit(_die)], client))
 
 
 def test_workers_with_another_program_are_refused(cluster, monkeypatch):
@@ -106,7 +106,7 @@ def test_a_scheduler_that_goes_away_is_said_in_one_sentence():
             distributed.Client(empty.scheduler_address) as client:
         Timer(0.2, empty.close).start()
         with pytest.raises(SolveError, match="scheduler is gone"):
-            list(as_done([client.submit(abs, -1)]))
+            list(as_done([client.submit(abs, -1)], client))
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere", ""])

@@ -116,12 +116,12 @@ def test_three_bands_say_what_they_cannot_know_and_why(room, bands):
     assert record["cct_K"] == pytest.approx(6504, rel=2e-3)
 
 
-def test_no_light_and_coloured_light_say_so(room):
-    dark = at_floor(room(0.5, luminaires=[{**POINT, "flux": 0.0}]))
+def test_no_light_and_coloured_light_say_so(room_file):
+    dark = at_floor(room_file(0.5, luminaires=[{**POINT, "flux": 0.0}]))
     assert dark["unknown"]["cri_ra"] == dark["unknown"]["xy"] == "no light arrives"
     assert [dark["alpha_opic"][name]["edi_lx"] for name in RECEPTORS] == [0.0] * 5
     red = {"shape": "point", "center": [2, 2, 2], "flux": 1000.0, "spectrum": "red.csv"}
-    scene = room(0.5, luminaires=[POINT])
+    scene = room_file(0.5, luminaires=[POINT])
     (scene.path.parent / "red.csv").write_text("600,0\n630,1\n660,0\n")
     text = scene.path.read_text().replace("flux = 1000.0", 'flux = 1000.0\nspectrum = "red.csv"')
     scene.path.write_text(text)

@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
+import api
 import gallery
 import pages
 import pictures
@@ -182,3 +183,20 @@ def test_decisions_are_short():
     entries = (DOCS / "decisions.md").read_text(encoding="utf-8").split("\n**D")[1:]
     long = [entry.split("(")[0] for entry in entries if len(entry.split("\n\n")[0].splitlines()) > 3]
     assert not long, f"entries of more than three lines: D{', D'.join(long)}"
+
+
+def test_every_install_line_is_of_the_published_name():
+    """No line installs `renderer`, which on the index is another's; extras are those of pyproject.toml."""
+    extras = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
+    files = [*PAGES.values(), DOCS / "tutorial.ipynb", *(ROOT / "renderer").rglob("*.py")]
+    lines = [line for file in files for line in file.read_text(encoding="utf-8").splitlines()
+             if re.search(r"\binstall\b.*(renderer|radiosity|\[)", line)]
+    assert len(lines) > 8
+    for line in lines:
+        assert not re.search(r"install (-\S+ )*'?renderer\b", line), line
+        for named in re.findall(r"radiosity\[(\w+)\]", line):
+            assert named in extras, line
+
+
+def test_the_page_of_python_names_is_fresh():
+    assert (DOCS / "api.md").read_text(encoding="utf-8") == api.page(), "give python docs/api.py"

@@ -146,8 +146,8 @@ def test_what_is_left_out_is_said(room):
     assert any("no luminaire" in sentence for sentence in dark.left_out)
 
 
-def test_the_command_says_it_in_a_table_and_in_json(here, room, tmp_path):
-    path = room(objects=[CRATE], photometers=[METER]).path
+def test_the_command_says_it_in_a_table_and_in_json(here, room_file, tmp_path):
+    path = room_file(objects=[CRATE], photometers=[METER]).path
     said = here("plan", path, cwd=tmp_path)
     assert said.returncode == 0
     for word in ("patches", "rays", "memory", "crate", "Left out"):
@@ -155,6 +155,6 @@ def test_the_command_says_it_in_a_table_and_in_json(here, room, tmp_path):
     record = json.loads(here("plan", path, "--json", "--bands", "rgb", cwd=tmp_path).stdout)
     assert record["bands"] == 3
     assert record["seconds"] > 0
-    refused = here("plan", room(solver={"patch_size": 1e-3}).path, cwd=tmp_path)
+    refused = here("plan", room_file(solver={"patch_size": 1e-3}).path, cwd=tmp_path)
     assert refused.returncode == 2
     assert "at most" in refused.stderr

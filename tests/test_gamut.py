@@ -256,8 +256,8 @@ def test_the_command_writes_the_stated_table(here, tmp_path):
         assert text in done.stdout
 
 
-def test_a_room_of_the_users_own(room, here, tmp_path):
-    scene = room({"munsell": "5R 4/14"}, photometers=[METER], solver={"patch_size": 0.8})
+def test_a_room_of_the_users_own(room_file, here, tmp_path):
+    scene = room_file({"munsell": "5R 4/14"}, photometers=[METER], solver={"patch_size": 0.8})
     done = here("gamut", scene.path, "--quiet", "--out", "here", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "'paint' takes the colours" in done.stdout

@@ -108,8 +108,8 @@ def test_a_luminous_ceiling_is_divided_and_says_so(room):
     assert "0.1 sr" in found.notes[0]
 
 
-def test_the_command(room, here, tmp_path):
-    scene = room(0.5, luminaires=[SMALL])
+def test_the_command(room_file, here, tmp_path):
+    scene = room_file(0.5, luminaires=[SMALL])
     scene.path.write_text(scene.path.read_text().replace(
         "[solver]", f'[[observers]]\nname = "desk"\nposition = {EYE}\nlook_at = [2, 4, 1.2]\n[solver]'))
     done = here("ugr", scene.path, "--json", "--quiet", "--accuracy", "10%", cwd=tmp_path)
@@ -119,6 +119,6 @@ def test_the_command(room, here, tmp_path):
     up = here("ugr", scene.path, "--at", "2,2,1", "--look-at", "2,2,2", "--quiet", cwd=tmp_path)
     assert (up.returncode, up.stderr.count("\n")) == (2, 1)
     assert "straight up" in up.stderr
-    none = here("ugr", room(0.5).path, "--quiet", cwd=tmp_path)
+    none = here("ugr", room_file(0.5).path, "--quiet", cwd=tmp_path)
     assert none.returncode == 2
     assert "observers is empty" in none.stderr

@@ -203,8 +203,8 @@ def test_a_grid_no_meter_can_stand_on(room):
         read_grid(renderer.solve(scene, accuracy=0.1), scene.grids[0])
 
 
-def test_the_command_writes_points_and_plan(room, here, tmp_path):
-    scene = room(0.5, luminaires=[PANEL], grids=[{**PLANE, "border": 0.5, "spacing": 1.0}])
+def test_the_command_writes_points_and_plan(room_file, here, tmp_path):
+    scene = room_file(0.5, luminaires=[PANEL], grids=[{**PLANE, "border": 0.5, "spacing": 1.0}])
     done = here("photometer", scene.path, "--json", "--quiet", "--out", "out", "--accuracy", "5%",
                 cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -14,7 +14,7 @@ ORDER = ["errors", "system", "colour", "radiometry", "scene", "transport.mesh", 
          "solving.plan", "solving.transport_store", "solving.radiosity_field", "solving.gathered",
          "solving.mesh_sequence",
          "solving.solution", "solving.measure", "solving.refine", "solving.pilot_solve", "solving.forecast",
-         "records", "pictures", "studies", "cli.terminal", "cli.options", "cli"]
+         "records", "pictures", "studies", "door", "cli.terminal", "cli.options", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
 
 

@@ -61,8 +61,8 @@ def test_surfaces_send_what_they_reflect(room):
     assert spot.value == pytest.approx(floor.value, rel=0.2)  # its middle is brighter than its corners
 
 
-def test_a_pixel_is_the_pictures_pixel(room):
-    scene = room(0.5, objects=[{"shape": "box", "position": [1, 2, 0], "size": [1, 1, 1]}])
+def test_a_pixel_is_the_pictures_pixel(room_file):
+    scene = room_file(0.5, objects=[{"shape": "box", "position": [1, 2, 0], "size": [1, 1, 1]}])
     scene.path.write_text(scene.path.read_text().replace("[solver]", CAMERA + "[solver]"))
     scene = renderer.load(scene.path)
     solution = renderer.solve(scene, "rgb", accuracy=0.05)
@@ -76,8 +76,8 @@ def test_a_pixel_is_the_pictures_pixel(room):
         assert found.value == pytest.approx(picture[y, x, 0], rel=0.02)
 
 
-def test_the_command(room, here, tmp_path):
-    scene = room(0.5)
+def test_the_command(room_file, here, tmp_path):
+    scene = room_file(0.5)
     scene.path.write_text(scene.path.read_text().replace(
         "[solver]", '[[spot_meters]]\nname = "lamp"\nposition = [2, 2, 1]\ndirection = [0, 0, 2]\n' + CAMERA
         + "[solver]"))
@@ -100,8 +100,8 @@ def test_the_command(room, here, tmp_path):
     (["--at", "1,1,1", "--look-at", "1,2,1", "--angle", "0"], "--angle is 0"),
     (["--format", "xml"], "--format is 'xml'"),
 ])
-def test_refusals(room, here, tmp_path, arguments, message):
-    scene = room(0.5, luminaires=[PANEL])
+def test_refusals(room_file, here, tmp_path, arguments, message):
+    scene = room_file(0.5, luminaires=[PANEL])
     scene.path.write_text(scene.path.read_text().replace("[solver]", CAMERA + "[solver]"))
     done = here("luminance", scene.path, "--quiet", "--accuracy", "20%", *arguments, cwd=tmp_path)
     assert done.returncode == 2

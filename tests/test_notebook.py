@@ -147,7 +147,7 @@ def test_bands_that_are_no_wavelengths_are_named(room):
 def test_without_xarray_one_sentence_says_what_to_install(room, monkeypatch):
     solution = renderer.solve(room(), accuracy=0.1)
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ImportError, match=re.escape("pip install 'renderer[notebook]'")):
+    with pytest.raises(ImportError, match=re.escape("pip install 'spectral-radiosity[notebook]'")):
         solution.to_xarray()
 
 

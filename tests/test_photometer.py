@@ -102,10 +102,10 @@ def test_the_error_bar_holds_against_a_much_finer_mesh(room):
 def test_luminance_toward_a_direction(room):
     solution = renderer.solve(room(0.5), bands="31", accuracy=0.01)
     # The lamp's own luminance, and a Lambertian floor's: ρE/π from wherever it is seen.
-    assert solution.luminance([2, 2, 1], [0, 0, 5]) == pytest.approx(1000, rel=1e-9)
+    assert solution.luminance([2, 2, 1], [0, 0, 5], 0.1).value == pytest.approx(1000, rel=1e-9)
     floor = 0.5 * solution.photometer([2, 2, 0], UP).total_lx / np.pi
     for eye in ([2, 2, 1], [0, 2, 2], [3, 1, 2.9]):
-        seen = solution.luminance(eye, np.array([2, 2, 0]) - eye)
+        seen = solution.luminance(eye, np.array([2, 2, 0]) - eye, 0.1).value
         # Direct light is exact; indirect is interpolated over patches of 0.25 m: a few per mille.
         assert seen == pytest.approx(floor, rel=5e-3)
     with pytest.raises(renderer.InputError, match="outside the room"):

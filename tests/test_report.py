@@ -230,7 +230,7 @@ def test_what_cannot_be_made_small_is_said(room, tmp_path, monkeypatch):
 
 
 def test_scene_files_carry_what_they_name():
-    files = scene_files(ROOT / "scenes" / "red_room.toml")
+    files = scene_files(load(ROOT / "scenes" / "red_room.toml"))
     assert [f["name"] for f in files] == ["red_room.toml", "spectra/red_20_percent.csv"]
     for file in files:
         data = (ROOT / "scenes" / file["name"]).read_bytes()

@@ -350,8 +350,8 @@ def test_the_room_in_three_dimensions_turns_and_reads_patches(page):
     assert drawn() != before
 
 
-def test_names_that_are_code_are_shown_as_text(browser, tmp_path, room):
-    scene = room(0.5)
+def test_names_that_are_code_are_shown_as_text(browser, tmp_path, room_file):
+    scene = room_file(0.5)
     path = tmp_path / "nasty.toml"
     path.write_text('title = "<script>alert(1)</script>=1+1"\n' + scene.path.read_text() + """
 [[photometers]]

@@ -309,7 +309,7 @@ def test_every_measured_chip_is_a_star(tmp_path):
 
 
 def test_a_scheduler_without_dask_or_without_an_answer_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"renderer\[cluster\]|no scheduler answers"):
+    with pytest.raises(InputError, match=r"spectral-radiosity\[cluster\]|no scheduler answers"):
         sweep(study(tmp_path), tmp_path, False, "tcp://127.0.0.1:9", lambda step: None)
 
 

@@ -122,8 +122,8 @@ def test_a_dark_room_has_a_scale_and_no_light(room, bands):
     assert all((values == 0).all() for values in drawn.colours.values())
 
 
-def test_a_click_reads_what_the_photometer_command_reads(room, here, tmp_path):
-    scene = room(0.5, objects=[CRATE])
+def test_a_click_reads_what_the_photometer_command_reads(room_file, here, tmp_path):
+    scene = room_file(0.5, objects=[CRATE])
     solution = renderer.solve(scene, bands="31", accuracy=0.1)
     eye = np.array([3.0, 3.1, 1.3])
     for toward in ([1.1, 1.35, 1.5], [2.2, 0.7, 0.0], [0.0, 2.9, 2.9], [4.0, 0.0, 0.0]):  # the last a corner
@@ -258,13 +258,13 @@ class Desk:
 
 
 @pytest.fixture
-def desk(room, screen, tmp_path):
+def desk(room_file, screen, tmp_path):
     """A function that opens a room's window; it is closed at the end whatever happens."""
     opened = []
 
     def sit(**keys):
         title = f"Test room {len(opened)}"
-        opened.append(Desk(with_camera(room(0.5, **keys), title), screen, tmp_path / title))
+        opened.append(Desk(with_camera(room_file(0.5, **keys), title), screen, tmp_path / title))
         return opened[-1]
 
     yield sit

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from renderer.cli.options import Output
-from renderer.cli.terminal import list_files, show
+from renderer.cli.terminal import list_files, show, tell
 
 
 def luminaire(file: str, *, json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
@@ -32,11 +32,11 @@ def luminaire(file: str, *, json_: Annotated[bool, Parameter(name="--json", nega
     out = output_folder(output.out)
     diagram = save_diagram(photometry, record, out / f"{path.stem}_polar.png")
     if json_:
-        print(json.dumps(record, indent=1, allow_nan=False))
+        tell(json.dumps(record, indent=1, allow_nan=False))
         return
     show(path.name, ["quantity", "value"], rows_of(record))
     for fault in record["faults"]:
-        print(f"Fault: {fault}")
+        tell(f"Fault: {fault}")
     if not record["faults"]:
-        print("No fault found.")
+        tell("No fault found.")
     list_files([diagram], out)

@@ -55,7 +55,7 @@ class Solving:
     no_cache: Annotated[bool, Parameter(negative="")] = False
     "Use no form factors kept between runs, and keep none."
     scheduler: str | None = None
-    "The address of a Dask scheduler (install renderer[cluster]) for large work; else the cores here."
+    "Address of a Dask scheduler (pip install 'spectral-radiosity[cluster]') for large work; else the cores."
 
     def checked(self) -> "Solving":
         """Refuse what the types let through."""

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import doubts, show
+from renderer.cli.terminal import doubts, show, tell
 
 cache = App(name="cache", help="Form factors kept between runs: what there is, and how to be rid of it.",
           help_format="plaintext")
@@ -31,7 +31,7 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
     loaded = load(scene)
     said = forecast(loaded, solving.bands or loaded.solver.bands, solving.accuracy or loaded.solver.accuracy)
     if json_:
-        print(json.dumps({"scene": loaded.title, **asdict(said), "files": loaded.files}, indent=1))
+        tell(json.dumps({"scene": loaded.title, **asdict(said), "files": loaded.files}, indent=1))
         return
     rays = f"{said.rays / 1e6:.2g} million" if said.rays else "none"
     all_of = "finer solves included, " if said.finer else ""
@@ -49,12 +49,12 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
                      f"{stage.rays / 1e6:.2g} million rays; error bar then {stage.expected:.2%}, about"])
     show(f"{loaded.title}: the plan", ["", "estimate", ""], rows)
     if said.unsure:
-        print("Not sure: bars are said within a factor of two, and one comes so near what is asked: one "
+        tell("Not sure: bars are said within a factor of two, and one comes so near what is asked: one "
               "finer solve more or less may follow.")
     for title, sentences in (("Read", loaded.files), ("Modelled", said.modelled),
                              ("Left out", said.left_out), ("Look at", [*loaded.faults, *doubts(loaded)])):
         for sentence in sentences:
-            print(f"{title}: {sentence}.")
+            tell(f"{title}: {sentence}.")
 
 
 @cache.command
@@ -64,7 +64,7 @@ def info(*, output: Output | None = None) -> None:
 
     kept = user_cache()
     files, size = kept.size
-    print(f"{kept.folder}: {files} files, {size / 1e6:.1f} MB; past {MAX_CACHE_BYTES / 1e6:.0f} MB the file "
+    tell(f"{kept.folder}: {files} files, {size / 1e6:.1f} MB; past {MAX_CACHE_BYTES / 1e6:.0f} MB the file "
           "not used for longest is removed.")
 
 
@@ -76,4 +76,4 @@ def clear(*, output: Output | None = None) -> None:
     kept = user_cache()
     files, size = kept.size
     kept.clear()
-    print(f"{kept.folder}: {files} files of {size / 1e6:.1f} MB removed.")
+    tell(f"{kept.folder}: {files} files of {size / 1e6:.1f} MB removed.")

@@ -14,11 +14,13 @@ from renderer.cli.terminal import (
     show,
     show_findings,
     show_laws,
+    tell,
     warn,
     warn_before,
 )
 from renderer.errors import InputError
 from renderer.readings.finding import signed
+from renderer.system.text import visible
 
 DECK = ("grey_room", "red_room", "saturated_red_room")
 """Shown where no room is named."""
@@ -81,6 +83,7 @@ def _show_readings(cases: list, accuracy: float | None) -> None:
 
 
 def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False,
+           embed_outside: Annotated[bool, Parameter(negative="")] = False,
            solving: Solving | None = None, output: Output | None = None) -> None:
     """Rooms in one HTML file to look at and to read with a photometer, in RGB and in 31 bands.
 
@@ -91,6 +94,8 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
     client
         Instead, for each room <scene>_client.html, and .pdf where a browser is found: luminaires, materials,
         grids, glare, and what of the scene's [[requirements]] is met.
+    embed_outside
+        Carry files that lie outside a scene's folder, too; else they are only named.
     """
     from renderer.readings.finding import headline
     from renderer.scene.reading import load
@@ -109,14 +114,14 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
         return
     with progress_shown(output.quiet) as progress:
         rooms = solve_rooms(loaded, solving.accuracy, solving.seed, solving.store(), progress)
-        file, notes = save(rooms, _said(loaded, solving), out, progress)
+        file, notes = save(rooms, _said(loaded, solving, embed_outside), out, progress, embed_outside)
     for room in rooms:
         asked = solving.accuracy or room.scene.solver.accuracy
         warn(room.solutions["31"], [reading.figure for reading in room.readings["31"]], asked)
     for note in notes:
         say(note)
     show_laws([room.solutions["31"] for room in rooms])
-    print(f"{file}: {file.stat().st_size / 1e6:.1f} MB, opens in any browser")
+    tell(f"{file}: {file.stat().st_size / 1e6:.1f} MB, opens in any browser")
     show_findings([headline([room.finding for room in rooms])])
 
 
@@ -138,11 +143,12 @@ def _client_reports(scenes: list, solving: Solving, out, quiet: bool) -> None:
     show_findings(sentences)
 
 
-def _said(scenes: list, solving: Solving) -> str:
+def _said(scenes: list, solving: Solving, embed_outside: bool) -> str:
     """The command that makes a report again, beside its scene files."""
     options = [] if solving.accuracy is None else [f"--accuracy {solving.accuracy:g}"]
     options += [] if solving.seed is None else [f"--seed {solving.seed}"]
-    return " ".join(["renderer report", *(quote(scene.path.name) for scene in scenes), *options])
+    options += ["--embed-outside"] if embed_outside else []
+    return " ".join(["renderer report", *(quote(visible(scene.path.name)) for scene in scenes), *options])
 
 
 def render(scene: str, *, solving: Solving | None = None, output: Output | None = None) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import leave, list_files, progress_shown, say, show, show_findings
+from renderer.cli.terminal import leave, list_files, progress_shown, say, show, show_findings, tell
 from renderer.errors import InputError
 
 
@@ -20,7 +20,8 @@ def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
     extremes
         Instead: reflectances of 0 and 1, a millimetre and ten kilometres, foreign geometry.
     peers
-        Instead: the same rooms in Mitsuba 3 and Radiance (install renderer[peers]), error bars side by side.
+        Instead: the same rooms in Mitsuba 3 and Radiance (pip install
+        'spectral-radiosity[peers]'), error bars side by side.
     """
     from renderer.studies.validation import run
     from renderer.studies.validation.cases import COLUMNS
@@ -37,7 +38,7 @@ def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
         for group in dict.fromkeys(case.group for case in cases):
             show(group, list(COLUMNS), [case.cells() for case in cases if case.group == group])
         failed = [case for case in cases if not case.passes]
-        print(f"{len(cases) - len(failed)} of {len(cases)} cases pass")
+        tell(f"{len(cases) - len(failed)} of {len(cases)} cases pass")
         list_files(files, out)
         if failed:
             leave(f"{len(failed)} of {len(cases)} cases fail, the first: {failed[0].case}, "
@@ -82,7 +83,7 @@ def spectrum(spectrum: str, *, lamp: Annotated[bool, Parameter(negative="")] = F
     record = record_of(shown)
     files = save(shown, record, output_folder(output.out))
     if json_:
-        print(json.dumps(record, indent=1, allow_nan=False))
+        tell(json.dumps(record, indent=1, allow_nan=False))
         return
     said = table(record)
     show(said.title, said.columns, said.rows)
@@ -127,7 +128,7 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
         files = save_files(found, limits, out, progress, stem)
     for table in tables:
         show(table.title, table.columns, table.rows)
-    print(note, end="")
+    tell(note.rstrip("\n"))
     list_files(files, out)
     show_findings([chips_finding(found)])
 
@@ -170,5 +171,5 @@ def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | Non
         files = save(found, out)
     table = recommendations(found)
     show(table.title, table.columns, table.rows)
-    print(words(found))
+    tell(words(found))
     list_files(files, out)

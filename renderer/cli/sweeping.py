@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import leave_interrupted, list_files, progress_shown, show_findings
+from renderer.cli.terminal import leave_interrupted, list_files, progress_shown, show_findings, tell
 
 
 def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
@@ -30,7 +30,7 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
     solving, output = (solving or Solving()).checked(), output or Output()
     read = read_study(Path(study), solving.accuracy, solving.bands, solving.seed)
     if check:
-        print(f"{read.path}: {len(read)} rooms, no fault found")
+        tell(f"{read.path}: {len(read)} rooms, no fault found")
         return
     out = output_folder(output.out)
     try:
@@ -38,7 +38,7 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
             files, now, total = run(read, out, not solving.no_cache, solving.scheduler, progress)
     except KeyboardInterrupt:
         leave_interrupted("rooms already done are kept, and the same command goes on from there")
-    print(f"{read.path}: {total} rooms, {now} of them solved now")
+    tell(f"{read.path}: {total} rooms, {now} of them solved now")
     list_files(files, out)
     show_findings(sweep_finding(files[0]))
 

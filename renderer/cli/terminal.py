@@ -1,12 +1,14 @@
 """What a run says on the terminal: progress, tables, warnings, files."""
 
-import csv
 import json
+import os
 import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from renderer.system.text import CsvWriter, visible
 
 NOTHING_ESCAPES = 1e-6
 """Share of the lumens that may get out of a room without a word: what single precision lets through."""
@@ -32,11 +34,14 @@ def progress_shown(quiet: bool) -> Iterator:
         yield lambda step: (_stop_if_asked(), say(step))
         return
     with console.status("starting") as status:
-        yield lambda step: (_stop_if_asked(), status.update(Text(step)))
+        yield lambda step: (_stop_if_asked(), status.update(Text(visible(step))))
 
 
-def show(title: str, columns: list[str], rows: list[list[str]]) -> None:
-    """A table on stdout, as wide as it needs to be."""
+def show(title: str, columns: list[str], rows: list[list[str]], text: bool = False) -> None:
+    """A table on stdout, as wide as it needs to be.
+
+    text : its cells are words, not numbers: flush left, the last column broken to the terminal's width
+    """
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -44,13 +49,14 @@ def show(title: str, columns: list[str], rows: list[list[str]]) -> None:
 
     table = Table(box=box.SIMPLE)
     for k, column in enumerate(columns):
-        table.add_column(column, justify="left" if k == 0 else "right", no_wrap=True)
+        table.add_column(column, justify="left" if text or k == 0 else "right",
+                         no_wrap=not text or k < len(columns) - 1)
     for row in rows:
-        table.add_row(*map(Text, row))
+        table.add_row(*(Text(visible(cell)) for cell in row))
     console = Console()
     if not console.is_terminal:
         console = Console(width=200)
-    console.print(Text(title, style="italic"))  # a table's own title is broken to its width
+    console.print(Text(visible(title), style="italic"))  # a table's own title is broken to its width
     console.print(table)
 
 
@@ -60,11 +66,9 @@ def print_as(form: str, record: dict, tables: list, rows: list[dict]) -> None:
     tables : report.Table; rows : a dictionary for each line of CSV, all with the same keys
     """
     if form == "json":
-        print(json.dumps(record, indent=1, allow_nan=False))
+        tell(json.dumps(record, indent=1, allow_nan=False))
     elif form == "csv":
-        writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+        CsvWriter(sys.stdout).write_records(rows)
     else:
         for table in tables:
             show(table.title, table.columns, table.rows)
@@ -148,7 +152,7 @@ def show_laws(solutions: list) -> None:
         shared = [s for s in solutions if s.transport is transport]
         names = ", ".join(dict.fromkeys(s.scene.title for s in shared))
         balance = max(s.energy_balance_error for s in shared)
-        print(f"{names}: {len(transport.mesh.patches)} patches, {transport.rays} rays; errors of closure "
+        tell(f"{names}: {len(transport.mesh.patches)} patches, {transport.rays} rays; errors of closure "
               f"{transport.exchange.closure_error:.1e}, reciprocity "
               f"{transport.exchange.reciprocity_error:.1e}, energy balance {balance:.1e}")
 
@@ -156,18 +160,52 @@ def show_laws(solutions: list) -> None:
 def show_findings(sentences: list[str]) -> None:
     """Say on stdout, last of all, what RGB gets wrong, after an empty line."""
     if sentences:
-        print()
-    for sentence in sentences:
-        print(sentence)
+        tell("\n" + "\n".join(sentences))
 
 
 def list_files(files: list[Path], out: Path) -> None:
     """Name on stdout what was written."""
-    print(f"{len(files)} files in {out}{'/' if str(out) != '/' else ''}: "
+    tell(f"{len(files)} files in {out}{'/' if str(out) != '/' else ''}: "
           + ", ".join(str(f.relative_to(out)) for f in files if f.parent == out))
 
 
+def open_streams() -> None:
+    """Make the standard streams safe to write to, whatever they are.
+
+    A closed one is taken by the next file that is opened, which the messages of libraries would then
+    overwrite: so the null device takes its place. Without stdout there is nowhere for results: it ends the
+    program, with a sentence.
+    """
+    with suppress(OSError):
+        while (null := os.open(os.devnull, os.O_RDWR)) <= 2:
+            pass
+        os.close(null)
+    missing = sys.stdout is None
+    sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115  as long as the program runs
+    sys.stdout = sys.stdout or sys.stderr
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError):  # a stream put in its place by who calls this
+            stream.reconfigure(errors="replace")
+    if missing:
+        leave("standard output is closed, and results are printed there. Leave it open, or send it to "
+              "a file.", 1)
+
+
+def close_stdout() -> None:
+    """Drop what cannot be written, so that the interpreter does not try again as it ends."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 _interrupted = 0
+
+
+def heed_signals() -> None:
+    """From here on Ctrl-C and SIGTERM end the run with one sentence."""
+    for asked in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(asked, interrupt)
+    unraisable = sys.unraisablehook
+    sys.unraisablehook = lambda said: None if _interrupted else unraisable(said)
 
 
 def interrupt(number: int, _frame) -> None:
@@ -177,8 +215,15 @@ def interrupt(number: int, _frame) -> None:
     raise KeyboardInterrupt
 
 
+def interrupted() -> bool:
+    """Whether the run has been asked to end."""
+    return bool(_interrupted)
+
+
 def leave_interrupted(kept: str) -> None:
     """Say what an interrupted run leaves, and end the program."""
+    for asked in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(asked, signal.SIG_DFL)  # a second one ends it at once
     leave(f"interrupted; {kept}.", 128 + signal.SIGTERM if _interrupted == signal.SIGTERM else 1)
 
 
@@ -187,9 +232,15 @@ def _stop_if_asked() -> None:
         raise KeyboardInterrupt
 
 
+def tell(text: str) -> None:
+    """A result on stdout, with control characters made visible."""
+    print(visible(text))
+
+
 def say(message: str) -> None:
-    """One line on stderr."""
-    print(f"renderer: {' '.join(message.split())}", file=sys.stderr)
+    """One line on stderr, with control characters made visible; nothing where stderr cannot be written to."""
+    with suppress(OSError):
+        print(f"renderer: {' '.join(visible(message).split())}", file=sys.stderr, flush=True)
 
 
 def leave(message: str, code: int) -> None:

@@ -11,16 +11,16 @@ from renderer.colour.tables import munsell_chips
 from renderer.errors import InputError
 
 HUES = ("R", "YR", "Y", "GY", "G", "BG", "B", "PB", "P", "RP")
-_NOTATION = re.compile(r"(?:N|(\d+(?:\.\d*)?)\s*([A-Z]{1,2}))\s*(\d+(?:\.\d*)?)\s*/\s*(\d+(?:\.\d*)?)?")
+_NOTATION = re.compile(r"(?:N|(\d+(?:\.\d*)?)\s*([A-Z]{1,2}))\s*(\d+(?:\.\d*)?)\s*(?:/\s*(\d+(?:\.\d*)?)?)?")
 
 
 def parsed(notation: str) -> tuple[float, float, float] | None:
     """Hue 0 … 100 round the circle, value 0 … 10 and chroma; None where it is no Munsell notation.
 
-    "5R 4/14" is (5, 4, 14); a neutral, "N 5/", has chroma 0.
+    "5R 4/14" is (5, 4, 14); a neutral, "N 5/" or "N 5", has chroma 0.
     """
     found = _NOTATION.fullmatch(" ".join(notation.upper().split()))
-    if not found or (found[2] and found[2] not in HUES):
+    if not found or (found[2] and (found[2] not in HUES or found[4] is None)):
         return None
     hue = 0.0 if found[2] is None else (float(found[1]) + 10 * HUES.index(found[2])) % 100
     chroma = 0.0 if found[2] is None else float(found[4] or 0)
@@ -43,6 +43,15 @@ def differences(wanted: tuple[float, float, float]) -> np.ndarray:
             + 3 * np.abs(chroma - wanted[2]))
 
 
+def neutral(value: float, where: str, notation: str) -> Spectrum:
+    """The flat reflectance of a neutral of Munsell value 0 … 10 (ASTM D1535-08, eq. 2). Raises InputError."""
+    if not 0 <= value <= 10:
+        raise InputError(f"{where} is {notation!r}; a neutral's value must be from 0 to 10, as 'N 8'.")
+    coefficients = (0.0, 1.1914, -0.22533, 0.23352, -0.020484, 0.00081939)
+    reflectance = np.polynomial.polynomial.polyval(value, coefficients) / 100
+    return Spectrum(np.array([360.0, 830.0]), np.full(2, min(1.0, max(0.0, float(reflectance)))))
+
+
 def munsell_chip(notation: str, where: str) -> Spectrum:
     """The measured reflectance of that chip; an unknown one is refused with the nearest named."""
     names, nm, reflectance = munsell_chips()
@@ -51,8 +60,10 @@ def munsell_chip(notation: str, where: str) -> Spectrum:
         near = difflib.get_close_matches(notation.upper(), names, n=3, cutoff=0.0)
         raise InputError(f"{where} is {notation!r}, no Munsell notation; write hue value/chroma, for "
                          f"example {', '.join(repr(name) for name in near)}.")
+    if wanted[2] == 0:
+        return neutral(wanted[1], where, notation)
     far = differences(wanted)
-    if (_chips() == wanted).all(axis=1).any() and wanted[2] > 0:
+    if (_chips() == wanted).all(axis=1).any():
         return Spectrum(nm, reflectance[int(far.argmin())])
     near = ", ".join(names[k] for k in np.argsort(far, kind="stable")[:3])
     raise InputError(f"{where} is {notation!r}; must be one of the {len(names)} measured chips. "

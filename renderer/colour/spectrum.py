@@ -10,10 +10,10 @@ from renderer.colour.spectral_text import read_spectral_text
 from renderer.colour.tm27 import read_tm27
 from renderer.errors import InputError
 from renderer.system.charsets import decode
+from renderer.system.input_files import read_input
 
 SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".spd", ".spdx", ".sp", ".ti3", ".cgats")
 """Endings that spectral files have; a name with one of them is a file, and no illuminant."""
-MAX_FILE_BYTES = 16_000_000
 REACH = (420, 680)
 """Wavelengths [nm] a measured reflectance must reach; most files stop at 400 and 700."""
 KINDS = {"a reflectance": ("reflectance", "r-factor", "relative", "other"),
@@ -54,27 +54,18 @@ def read_spectrum(path: Path, where: str, kind: str) -> Spectrum:
     if not isfile(path) and "#" in path.name:
         name, _, column = path.name.partition("#")
         path = path.with_name(name) if name else path
-    if not isfile(path):  # also of a name too long to be one
-        raise InputError(f"{where}: there is no file {str(path)!r}; paths are relative to the "
-                         "scene file. Correct the path.")
+    data = read_input(path, "spectral", where, "Paths are relative to the scene file; correct this one.")
     try:
-        nm, values = _samples(path, kind, column)
+        nm, values = _samples(data, path, kind, column)
         _refuse_unusable(nm, values)
     except ValueError as error:
         raise InputError(f"{where}: {path.name} {error}.") from None
-    except OSError as error:
-        raise InputError(f"{where}: {path.name} cannot be read ({error.strerror}).") from None
     return Spectrum(nm, values)
 
 
-def _samples(path: Path, kind: str, column: str | None) -> tuple[np.ndarray, np.ndarray]:
+def _samples(data: bytes, path: Path, kind: str, column: str | None) -> tuple[np.ndarray, np.ndarray]:
     """Wavelengths [nm] and values (n,) of a file, of one of its spectra. Raises ValueError with a
     sentence."""
-    with path.open("rb") as file:
-        data = file.read(MAX_FILE_BYTES + 1)
-    if len(data) > MAX_FILE_BYTES:
-        raise ValueError(f"has more than {MAX_FILE_BYTES / 1e6:.0f} MB; a spectrum has some 0.01. Give "
-                         f"another")
     text = decode(data)
     if text.lstrip().startswith("<") or path.suffix.lower() == ".spdx":
         quantity, table = read_tm27(text)

@@ -4,6 +4,7 @@ A. Fichet, R. Pacanowski, A. Wilkie, "An OpenEXR Layout for Spectral Images", JC
 channels S0.<wavelength>nm with a comma for the point, spectralLayoutVersion and emissiveUnits.
 """
 
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,10 @@ def _save(channels: dict[str, np.ndarray], header: dict, path: Path) -> Path:
               for name, plane in channels.items()}
     # Light varies in its last digits everywhere: ZIPS takes many times as long for 6 % less.
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
-    with whole_file(path) as part, OpenEXR.File(header, pixels) as file:
-        file.write(str(part))
+    # In memory first: OpenEXR takes no name that is not UTF-8, and its errors do not tell a full disk.
+    written = BytesIO()
+    with OpenEXR.File(header, pixels) as file:
+        file.write(written)
+    with whole_file(path) as part:
+        part.write_bytes(written.getbuffer())
     return path

@@ -45,8 +45,17 @@ def patches(solution: Solution):
 
 def save_vtp(data, path: Path) -> Path:
     """Write `patches` for ParaView and the like."""
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+    # In memory first: VTK takes no name that is not UTF-8, and does not raise where the disk is full.
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(data)
+    writer.SetDataModeToAppended()
+    writer.EncodeAppendedDataOn()
+    writer.WriteToOutputStringOn()
+    writer.Write()
     with whole_file(path) as part:
-        data.save(part)
+        part.write_text(writer.GetOutputString(), encoding="utf-8")
     return path
 
 

@@ -5,8 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.colour.bands import BandSet
+from renderer.readings.alpha_opic import RECEPTORS, equivalent_daylight
+from renderer.readings.colorimetry import COLOUR, chromaticity, colour_of, colour_temperature
 from renderer.readings.finding import rgb_error_percent
 from renderer.readings.uncertainty import Figure
+from renderer.system.lazy import cached_property
 
 
 @dataclass(frozen=True)
@@ -71,3 +74,48 @@ class Reading:
     def rgb_error_percent(self) -> float | None:
         """100 (RGB ÷ 31 bands − 1) of the total illuminance [%]; None if dark or not known."""
         return None if self.rgb_lx is None else rgb_error_percent(self.rgb_lx, self.total_lx)
+
+    @cached_property
+    def _colour(self) -> dict:
+        """Chromaticity, colour temperature and rendering; None for what the bands cannot tell."""
+        if self.bands.filters is not None:
+            xy = chromaticity(self.total, self.bands)
+            known = dict(zip(COLOUR, (xy, *colour_temperature(xy)), strict=False))
+            return {**dict.fromkeys(COLOUR), **known}
+        if self.power is None or not self.total_lx > 0:
+            return dict.fromkeys(COLOUR)
+        return colour_of(self.power)
+
+    @property
+    def xy(self) -> tuple[float, float] | None:
+        """CIE 1931 chromaticity; None where there is no light, or the bands know no colour."""
+        return None if self._colour["xy"] is None else tuple(self._colour["xy"])
+
+    @property
+    def cct(self) -> float | None:
+        """Correlated colour temperature [K]; None where it means nothing."""
+        return self._colour["cct_K"]
+
+    @property
+    def duv(self) -> float | None:
+        """Distance from the Planckian locus, above it positive; None where there is no light."""
+        return self._colour["duv"]
+
+    @property
+    def cri(self) -> float | None:
+        """CIE R_a of the light that arrives; None where it is not white, or the bands are no spectrum."""
+        return self._colour["cri_ra"]
+
+    @property
+    def tm30(self) -> tuple[float | None, float | None] | None:
+        """ANSI/IES TM-30 R_f and R_g; None where the light is not white, or the bands are no spectrum."""
+        found = self._colour["tm30_rf"], self._colour["tm30_rg"]
+        return None if found == (None, None) else found
+
+    @property
+    def alpha_opic(self) -> dict[str, float] | None:
+        """α-opic equivalent daylight illuminances [lx] by receptor (CIE S 026); None where the bands are no
+        spectrum."""
+        if self.power is None:
+            return None
+        return dict(zip(RECEPTORS, map(float, equivalent_daylight(self.power)), strict=True))

@@ -19,7 +19,7 @@ def dataset(solution: Solution):
         import xarray
     except ImportError:
         raise ImportError("to_xarray needs xarray, which is not installed. Install it with: "
-                          "pip install 'renderer[notebook]'") from None
+                          "pip install 'spectral-radiosity[notebook]'") from None
     scene, bands, mesh = solution.scene, solution.bands, solution.transport.mesh
     areas = solution.transport.exchange.areas
     shown = np.flatnonzero(areas > 0)

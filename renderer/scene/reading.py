@@ -1,7 +1,9 @@
 """From a scene file to a Scene; every refusal names file, key, value, what is allowed, the remedy."""
 
 import difflib
-import tomllib
+import os
+import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from renderer.colour.materials import Material, srgb_to_linear
 from renderer.colour.munsell import munsell_chip
 from renderer.colour.spectrum import read_reflectance
 from renderer.errors import InputError
+from renderer.scene.buried import refuse_buried
 from renderer.scene.grids import make_grids
 from renderer.scene.lighting import resolve_luminaires
 from renderer.scene.objects import place
@@ -21,11 +24,11 @@ from renderer.scene.room import Room, box_room, outline_room, refuse_outside, sp
 from renderer.scene.room_from_mesh import mesh_room
 from renderer.scene.room_in_the_open import room_of_heap
 from renderer.scene.scene import STAND_OFF, Body, Scene
-from renderer.scene.schema import (
-    MaterialTable,
-    RoomTable,
-    SceneTable,
-)
+from renderer.scene.schema import MaterialTable, RoomTable, SceneTable
+from renderer.scene.spelling import advice
+from renderer.scene.values import plain_table, table_with
+from renderer.system.input_files import is_regular_file, parse_toml, read_input, remembered
+from renderer.system.text import quoted
 
 
 def packaged_scenes() -> Path:
@@ -34,13 +37,9 @@ def packaged_scenes() -> Path:
     return package / "scenes" if (package / "scenes").is_dir() else package.parent / "scenes"
 
 
-def load(path: str | Path) -> Scene:
-    """Read and check a scene file, or a packaged scene by its bare name. Raises InputError."""
-    path = Path(path)
-    packaged = packaged_scenes() / f"{path.name.removesuffix('.toml')}.toml"
-    if not path.is_file() and path.parent == Path(".") and packaged.is_file():
-        path = packaged
-    return _resolve(_validated(_parsed(path), path), path)
+def packaged_names() -> list[str]:
+    """Names of the scenes that ship with the package."""
+    return sorted(path.stem for path in packaged_scenes().glob("*.toml"))
 
 
 def resolved(table: dict, path: Path) -> Scene:
@@ -48,21 +47,63 @@ def resolved(table: dict, path: Path) -> Scene:
 
     Raises InputError.
     """
-    return _resolve(_validated(table, path), path)
+    return _loaded(plain_table(table, str(path)), path)
 
 
-def load_table(path: str | Path) -> tuple[Scene, dict]:
-    """The same, and the file's own table, for `revised`. Raises InputError."""
-    scene = load(path)
-    return scene, _parsed(scene.path)
+def load(source: str | Path | Mapping, folder: str | Path = ".") -> Scene:
+    """Read and check a scene file, a packaged scene by its bare name, or a table of the same keys as a file.
 
-
-def revised(scene: Scene, before: dict, table: dict) -> Scene:
-    """The scene of a file whose table now reads otherwise; what is costly is kept where it is as it was.
-
-    before, table : the file's table then and now. Raises InputError as `load` does.
+    folder : of a table, where the files lie that it names. Raises InputError.
     """
-    checked, path = _validated(table, scene.path), scene.path
+    if isinstance(source, Mapping):
+        return _loaded(plain_table(source, "the scene"), _name_of(source, Path(folder)))
+    if not isinstance(source, (str, os.PathLike)):
+        raise InputError(f"the scene is {quoted(source)}; must be a scene file's path, a packaged room's "
+                         "name or a dict of a scene file's keys.")
+    path = Path(source)
+    packaged = packaged_scenes() / f"{path.name.removesuffix('.toml')}.toml"
+    if path.parent == Path(".") and not is_regular_file(path) and is_regular_file(packaged):
+        path = packaged
+    with remembered() as opened:
+        scene = _loaded(_parsed(path), path)
+    return replace(scene, opened=tuple(opened.values()))
+
+
+def _loaded(table: dict, path: Path) -> Scene:
+    with remembered() as opened:
+        scene = _resolve(_validated(table, path), path)
+    return replace(scene, opened=tuple(opened.values()), table=table)
+
+
+def _name_of(table: Mapping, folder: Path) -> Path:
+    """What messages and results call a scene that has no file: its title, as letters that a file may have."""
+    title = str(table.get("title", "scene"))[:80]
+    return folder / (re.sub(r"[^\w.-]+", "_", title).strip("._") or "scene")
+
+
+def with_values(scene: Scene, values: Mapping[str, object]) -> Scene:
+    """The scene with other values, by dotted keys, as "materials.red.munsell"; None removes one.
+
+    Raises InputError.
+    """
+    removed = dict.fromkeys(key for key, value in values.items() if value is None)
+    plain = plain_table(values, str(scene.path))
+    return revised(scene, table_with(scene.table, {**plain, **removed}, scene.path))
+
+
+def revised(scene: Scene, table: dict) -> Scene:
+    """The scene that another table says; what is costly is kept where the table is as it was.
+
+    Raises InputError as `load` does.
+    """
+    with remembered() as opened:
+        other = _revised(scene, table)
+    files = {file.path: file for file in (*scene.opened, *opened.values())}
+    return replace(other, opened=tuple(files.values()), table=table)
+
+
+def _revised(scene: Scene, table: dict) -> Scene:
+    checked, path, before = _validated(table, scene.path), scene.path, scene.table
     same = all(before.get(key) == table.get(key) for key in before.keys() | table.keys()
                if key not in ("materials", "luminaires", "solver", "title"))
     if not same or before["materials"].keys() != checked.materials.keys():
@@ -78,18 +119,13 @@ def revised(scene: Scene, before: dict, table: dict) -> Scene:
 
 
 def _parsed(path: Path) -> dict:
-    if not path.is_file():
-        kind = "is a folder, not a scene file" if path.is_dir() else "does not exist"
-        known = ", ".join(sorted(p.stem for p in packaged_scenes().glob("*.toml")))
-        raise InputError(f"{path}: {kind}; give a .toml scene file, or a packaged room: {known}.")
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: is not UTF-8 text; a scene file is TOML.") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: is not valid TOML: {' '.join(str(error).split())}.") from None
+    if not is_regular_file(path):
+        kind = ("is a folder, not a scene file" if os.path.isdir(path) else
+                "is a pipe, a device or a socket, not a scene file" if os.path.exists(path) else
+                "does not exist")
+        raise InputError(f"{path}: {kind}; give a .toml scene file, or a packaged room: "
+                         f"{', '.join(packaged_names())}.")
+    return parse_toml(read_input(path, "scene", str(path)), str(path))
 
 
 def _validated(table: dict, path: Path) -> SceneTable:
@@ -109,6 +145,9 @@ def _explain(fault: dict, table: dict) -> str:
     if fault["type"] == "extra_forbidden":
         word = str(where[-1])
         known = _known_keys(where[:-1])
+        said = advice(str(where[0]) if where[1:] else "scene", word, known)
+        if said is not None:
+            return f"{key} {said}. Known: {', '.join(known)}."
         near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}? " if near else ""
         return f"{key} is not a known key; {hint}Known: {', '.join(known)}."
@@ -120,9 +159,10 @@ def _explain(fault: dict, table: dict) -> str:
     hint = ""
     if where[-1:] == ["reflectance"] and isinstance(fault["input"], (int, float)):
         hint = " Divide percentages by 100."
-    if where[-1:] == ["srgb"] and isinstance(fault["input"], str):
-        return f'{key} is {fault["input"]!r}; must be # and six hexadecimal digits, as "#a03020".'
-    return f"{key} is {fault['input']!r}; {_allowed(said)}.{hint}"
+    if where[-1:] == ["srgb"]:
+        return (f'{key} is {quoted(fault["input"])}; must be # and six hexadecimal digits, as "#a03020", '
+                "or three whole numbers, 0 to 255.")
+    return f"{key} is {quoted(fault['input'])}; {_allowed(said)}.{hint}"
 
 
 def _allowed(said: str) -> str:
@@ -152,9 +192,9 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
 
     def used(name: str, key: str) -> Material:
         if name not in materials:
-            near = difflib.get_close_matches(name, list(materials), n=1, cutoff=0.0)
-            hint = f"did you mean {near[0]!r}?" if near else "there is none yet."
-            raise InputError(f"{path}: {key} is {name!r}; must be the name of one of [materials.*]; "
+            near = difflib.get_close_matches(name[:80], list(materials), n=1, cutoff=0.0)
+            hint = f"did you mean {quoted(near[0])}?" if near else "there is none yet."
+            raise InputError(f"{path}: {key} is {quoted(name)}; must be the name of one of [materials.*]; "
                              f"{hint}")
         return materials[name]
 
@@ -183,37 +223,31 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
         said += placed.said
     project = table.project or ProjectTable()
     luminaires, lamps, faults = resolve_luminaires(table.luminaires, room, path, project.maintenance_factor)
-    for key in ("photometers", "spot_meters", "observers"):
-        for index, entry in enumerate(getattr(table, key)):
-            refuse_outside(room, np.array(entry.position), f"{path}: {key}[{index}].position is",
-                           "Move it into the room")
-            _refuse_buried(bodies, np.array(entry.position), room.scale,
-                           f"{path}: {key}[{index}].position is")
-    for luminaire in luminaires:
-        _refuse_buried(bodies, luminaire.center, room.scale,
-                       f"{path}: luminaires {luminaire.name!r} has its middle at")
-    if table.camera is not None:
-        refuse_outside(room, np.array(table.camera.position), f"{path}: camera.position is",
-                       "Move it into the room")
+    _refuse_misplaced(table, room, bodies, luminaires, path)
     return Scene(table.title, path, room, bodies, faces + of_bodies, luminaires, lamps,
                  table.photometers, make_grids(table.photometer_grids, room, path), table.spot_meters,
                  table.observers, table.camera, table.solver, faults, said, project,
                  checked_requirements(table, path))
 
 
-def _refuse_buried(bodies: list[Body], point: np.ndarray, scale: float, what: str) -> None:
-    """Raise InputError for a point (3,) inside a solid: "`what` [x, y, z], inside …"."""
-    around = point + 2 * STAND_OFF * scale * np.vstack([np.eye(3), -np.eye(3)])
-    near = [body for body in bodies if body.closed and (body.mesh.bounds[0] <= point).all()
-            and (point <= body.mesh.bounds[1]).all()]
-    if near and (winding(around, np.concatenate([body.mesh.triangles for body in near])) < -0.5).all():
-        raise InputError(f"{what} {spelt(point)}, inside {near[0].name!r}. Move one of them.")
+def _refuse_misplaced(table: SceneTable, room: Room, bodies: list[Body], luminaires: list,
+                      path: Path) -> None:
+    """Raise InputError for what reads, sees or shines from outside the room, or from inside an object."""
+    places = [(f"{key}[{index}]", entry) for key in ("photometers", "spot_meters", "observers")
+              for index, entry in enumerate(getattr(table, key))]
+    for key, entry in [*places, *([("camera", table.camera)] if table.camera else [])]:
+        where, point = f"{path}: {key}.position is", np.array(entry.position)
+        refuse_outside(room, point, where, "Move it into the room")
+        refuse_buried(bodies, point, room.scale, where)
+    for luminaire in luminaires:
+        refuse_buried(bodies, luminaire.center, room.scale,
+                      f"{path}: luminaires {luminaire.name!r} has its middle at")
 
 
 def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> Material:
     where = f"{path}: materials.{name}"
-    if table.reflectance is not None:
-        return Material(name, flat=table.reflectance)
+    if table.flat is not None:
+        return Material(name, flat=table.flat)
     if table.munsell is not None:
         return Material(name, spectrum=munsell_chip(table.munsell, f"{where}.munsell"))
     if table.spectrum is not None:

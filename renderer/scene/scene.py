@@ -18,13 +18,8 @@ from renderer.scene.grids import Grid
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.project import ProjectTable, RequirementTable
 from renderer.scene.room import Room
-from renderer.scene.schema import (
-    CameraTable,
-    ObserverTable,
-    PhotometerTable,
-    SolverTable,
-    SpotMeterTable,
-)
+from renderer.scene.schema import CameraTable, ObserverTable, PhotometerTable, SolverTable, SpotMeterTable
+from renderer.system.input_files import OpenedFile
 from renderer.system.lazy import cached_property
 
 STAND_OFF = 4e-6
@@ -93,6 +88,8 @@ class Scene:
     files : how model files were read, and which colours are theirs, in sentences
     project : what a report says of it; its maintenance factor is in the luminaires' lumens
     requirements : what a report holds readings against
+    opened : those that were read to load it, the scene's own first
+    table : what its file says, or the dict that it was made from
     """
 
     title: str
@@ -112,6 +109,8 @@ class Scene:
     files: list[str] = field(default_factory=list)
     project: ProjectTable = field(default_factory=ProjectTable)
     requirements: list[RequirementTable] = field(default_factory=list)
+    opened: tuple[OpenedFile, ...] = ()
+    table: dict = field(default_factory=dict, repr=False)
 
     @property
     def size(self) -> np.ndarray:

@@ -85,18 +85,32 @@ class RoomTable(Table):
 
 
 class MaterialTable(Table):
-    """A diffuse reflectance, in one of five ways."""
+    """A diffuse reflectance, in one of six ways; `lrv` in percent becomes `reflectance`."""
 
     reflectance: Reflectance | None = None
     spectrum: str | None = None
     rgb: tuple[Reflectance, Reflectance, Reflectance] | None = None
     srgb: Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$")] | None = None
     munsell: str | None = None
+    lrv: Annotated[float, Field(strict=True, ge=0, le=100)] | None = None
+
+    @field_validator("srgb", mode="before")
+    @classmethod
+    def _of_three_bytes(cls, code):
+        if isinstance(code, (list, tuple)) and len(code) == 3 and all(
+                isinstance(c, int) and not isinstance(c, bool) and 0 <= c <= 255 for c in code):
+            return "#" + "".join(f"{c:02x}" for c in code)
+        return code
 
     @model_validator(mode="after")
     def _one_way(self):
-        one_of(self, "reflectance", "spectrum", "rgb", "srgb", "munsell")
+        one_of(self, "reflectance", "spectrum", "rgb", "srgb", "munsell", "lrv")
         return self
+
+    @property
+    def flat(self) -> float | None:
+        """Its reflectance where that is the same at every wavelength."""
+        return self.reflectance if self.lrv is None else self.lrv / 100
 
 
 class LuminaireTable(Table):
@@ -120,6 +134,15 @@ class LuminaireTable(Table):
     spectrum: str | None = None
     cct: Annotated[float, Field(strict=True, ge=1000, le=25000)] | None = None
     watts: Amount | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _position_is_center(cls, table):
+        if isinstance(table, dict) and "position" in table:
+            if "center" in table:
+                raise ValueError("center and position are given, which mean the same. Remove one")
+            table = {("center" if key == "position" else key): value for key, value in table.items()}
+        return table
 
     @model_validator(mode="after")
     def _shape(self):

@@ -7,7 +7,6 @@ import numpy as np
 
 from renderer.colour.bands import BandSet, narrow_bands
 from renderer.colour.lamps import spectral_flux
-from renderer.readings.luminance import luminance_meter
 from renderer.readings.photometer import Meter, Spot, make_meter, place
 from renderer.readings.reading import Reading
 from renderer.readings.spectrum import reconstructed
@@ -149,17 +148,6 @@ class Solution(RadiosityField):
             each._luminous_read
             for each in (self, *mesh_sequence.meshes, *mesh_sequence.samples, *self.by_bands)
         ]
-
-    def luminance(self, position, direction) -> float:
-        """Luminance [cd/m²] that an eye at a point (3,) [m] sees along a direction (3,).
-
-        Raises InputError where the eye is outside the room or inside a solid.
-        """
-        direction = np.asarray(direction, dtype=float)
-        one = (direction / np.linalg.norm(direction))[None, None]
-        meter = luminance_meter(self.transport, np.asarray(position, dtype=float), one,
-                                f"{self.scene.path}: eye")
-        return float(self.read_lx(meter).sum())
 
     @property
     def quadrature(self) -> float:

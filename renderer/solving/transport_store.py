@@ -38,7 +38,7 @@ class TransportStore:
             while found is None and sum(each.factors for each in self.kept.values()) > MAX_KEPT_FACTORS:
                 del self.kept[next(iter(self.kept))]
         if found is None:
-            progress(f"{scene.title}: form factors; {'; '.join(plan.reasons)}")
+            progress(f"{scene.title}: form factors")
             found = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key),
                                       self.elsewhere, plan.across, plan.gathered)
             with self._changing:

@@ -19,7 +19,6 @@ from renderer.readings.grid import GridReading
 from renderer.records.json_records import solution_record
 from renderer.records.requirements import Check, check_requirements
 from renderer.scene.photometric.files import read_photometry
-from renderer.scene.reading import load_table
 from renderer.scene.scene import Scene
 from renderer.scene.schema import SceneTable
 from renderer.solving.measure import rate_glare, read_grid
@@ -122,7 +121,7 @@ def client_room(scene: Scene, accuracy: float | None, seed: int | None, store: T
     for grid in grids:
         plan = save_isolux(scene, grid, out / f"{scene.path.stem}_31_{grid.grid.file_stem}.png")
         plans.append(_address(plan.read_bytes()))
-    _, table = load_table(scene.path)
+    table = scene.table
     checked = SceneTable.model_validate(table)
     return ClientRoom(scene, solution, record, grids, record["readings"][len(meters):], ratings,
                       check_requirements(scene, by_name, grids, ratings), _schedule(scene, checked),

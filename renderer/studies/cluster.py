@@ -1,6 +1,8 @@
 """Other machines: the workers of a Dask cluster, and rows of a large operator cast on them."""
 
+import asyncio
 import logging
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from copy import copy
@@ -11,6 +13,7 @@ import numpy as np
 
 from renderer.errors import InputError, SolveError
 from renderer.system.cache import program
+from renderer.system.text import LONGEST_SHOWN, quoted
 from renderer.transport.factors.hemisphere_rays import Rows, cast_rows
 from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
@@ -18,6 +21,10 @@ from renderer.transport.rays.sampling import Nets
 
 PATIENCE = 5
 """Seconds that a scheduler has to answer, and to have a worker."""
+SECONDS_WITHOUT_WORKER = 20.0
+"""Seconds after which work is given up that no worker is left for."""
+POLL = 0.1
+"""Seconds between two looks at what is done."""
 
 
 @contextmanager
@@ -28,12 +35,12 @@ def connected(scheduler: str) -> Iterator:
         from distributed import Client
     except ImportError:
         raise InputError("--scheduler needs Dask distributed, which is not installed. Give "
-                         "pip install 'renderer[cluster]', or leave --scheduler out.") from None
+                         "pip install 'spectral-radiosity[cluster]', or leave --scheduler out.") from None
+    refuse_silence(scheduler)
     try:
         client = Client(scheduler, timeout=PATIENCE)
-    except (OSError, ValueError, TimeoutError, MemoryError) as error:  # the last where a web server is
-        raise InputError(f"--scheduler is {scheduler!r}, where no scheduler answers ({error}). Give its "
-                         "address, as tcp://10.0.0.1:8786.") from None
+    except (OSError, TimeoutError) as error:
+        raise _no_answer(scheduler, error) from None
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # its tracebacks are sentences here
     with client:
         try:
@@ -49,11 +56,68 @@ def connected(scheduler: str) -> Iterator:
         yield client
 
 
-def as_done(tasks: list) -> Iterator:
-    """What tasks return, as they are done. Raises SolveError where workers or the scheduler die."""
-    from distributed import KilledWorker, as_completed
+def refuse_silence(scheduler: str) -> None:
+    """Raise InputError where nothing answers at an address, or what does is no Dask scheduler: a client would
+    wait for it far past its own timeout."""
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    async def identity() -> dict:
+        comm = await connect(scheduler, timeout=PATIENCE, **Security().get_connection_args("client"))
+        try:
+            await comm.write({"op": "identity", "reply": True})
+            return await comm.read()
+        finally:
+            comm.abort()
+
+    async def in_time() -> dict:
+        return await asyncio.wait_for(identity(), PATIENCE + 1)
+
     try:
-        for task, result in as_completed(tasks, with_results=True):
+        known = asyncio.run(in_time())
+    except Exception as error:  # noqa: BLE001  a foreign address may fail in any way in Dask's readers
+        raise _no_answer(scheduler, error) from None
+    if not isinstance(known, dict) or known.get("type") != "Scheduler":
+        raise _no_answer(scheduler, "what answers is no scheduler")
+
+
+def _no_answer(scheduler: str, error: Exception | str) -> InputError:
+    reason = "nothing in time" if isinstance(error, TimeoutError) else str(error)[:LONGEST_SHOWN]
+    return InputError(f"--scheduler is {quoted(scheduler)}, where no scheduler answers ({reason}). Give its "
+                      "address, as tcp://10.0.0.1:8786.")
+
+
+def _completed(tasks: list, client) -> Iterator:
+    """Tasks and results as they are done. Raises SolveError where no worker is left to do them."""
+    from distributed import as_completed
+
+    done, alone_since, looked = as_completed(tasks, with_results=True), None, 0.0
+    while not done.is_empty():
+        if done.has_ready():
+            yield next(done)
+            alone_since = None
+            continue
+        time.sleep(POLL)
+        now = time.monotonic()
+        if now - looked < 1.0:
+            continue
+        looked = now
+        try:
+            workers = client.nthreads()
+        except (OSError, RuntimeError):  # the scheduler is gone: its tasks are cancelled
+            workers = True
+        alone_since = None if workers else alone_since or now
+        if alone_since is not None and now - alone_since > SECONDS_WITHOUT_WORKER:
+            raise SolveError(f"the cluster has had no worker for {SECONDS_WITHOUT_WORKER:.0f} s, perhaps "
+                             "for want of memory. Start one and give the same command again; what is done "
+                             "is kept.")
+
+
+def as_done(tasks: list, client) -> Iterator:
+    """What tasks return, as they are done. Raises SolveError where workers or the scheduler die."""
+    from distributed import KilledWorker
+    try:
+        for task, result in _completed(tasks, client):
             if task.cancelled():
                 raise SolveError("the cluster's scheduler is gone. Start it and its workers again.")
             yield result
@@ -97,6 +161,6 @@ def rows_on(scheduler: str) -> Rows:
             # A task and not data sent: should all who hold it die, the scheduler has it made again.
             held = client.submit(Casting, replace(mesh), nets, pure=False)
             yield from as_done([client.submit(Casting.rows, held, start, min(n, start + step), pure=False)
-                                for start in range(0, n, step)])
+                                for start in range(0, n, step)], client)
 
     return rows

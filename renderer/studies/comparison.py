@@ -1,6 +1,5 @@
 """The main job: rooms side by side, solved and read in RGB and in 31 bands."""
 
-import csv
 import json
 import time
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from renderer.solving.refine import solve_and_read
 from renderer.solving.solution import Solution, solve_on
 from renderer.solving.transport_store import Progress, TransportStore
 from renderer.system.files import whole_file
+from renderer.system.text import CsvWriter
 
 CSV_COLUMNS = ("room", "bands", "photometer", "direct_lx", "indirect_lx", "total_lx", "uncertainty_lx",
                "ratio_to_first_room", "rgb_error_percent")
@@ -109,10 +109,8 @@ def table(cases: list[Case]) -> list[dict]:
 def save_table(cases: list[Case], out: Path) -> list[Path]:
     """Write comparison.csv and comparison.json."""
     rows = table(cases)
-    with whole_file(out / "comparison.csv") as part, part.open("w", newline="") as file:
-        writer = csv.DictWriter(file, CSV_COLUMNS)
-        writer.writeheader()
-        writer.writerows(rows)
+    with whole_file(out / "comparison.csv") as part, part.open("w", newline="", encoding="utf-8") as file:
+        CsvWriter(file).write_records(rows)
     with whole_file(out / "comparison.json") as part:
         part.write_text(json.dumps({"finding": [found.sentence for found in findings(cases)], "table": rows,
                                     "rooms": [case.record for case in cases]}, indent=1))

@@ -1,6 +1,5 @@
 """What `renderer gamut` writes: CSV files and charts."""
 
-import csv
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -30,6 +29,7 @@ from renderer.studies.gamut import (
 )
 from renderer.studies.gamut_tables import named_at, named_ratios, shares
 from renderer.system.files import whole_file
+from renderer.system.text import CsvWriter
 
 COLUMNS = ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio",
            "rgb_error_percent")
@@ -102,8 +102,8 @@ def _short(colour: np.ndarray) -> list[str]:
 
 
 def _csv(path: Path, columns: tuple, rows: Iterable) -> Path:
-    with whole_file(path) as part, part.open("w", newline="") as file:
-        writer = csv.writer(file)
+    with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = CsvWriter(file)
         writer.writerow(columns)
         writer.writerows(rows)
     return path

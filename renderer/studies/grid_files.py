@@ -1,6 +1,5 @@
 """The files of a scene's grids: every point, and the isolux plan."""
 
-import csv
 from pathlib import Path
 
 from renderer.pictures.isolux import save_isolux
@@ -8,6 +7,7 @@ from renderer.readings.finding import rgb_error_percent
 from renderer.readings.grid import GridReading
 from renderer.scene.scene import Scene
 from renderer.system.files import whole_file
+from renderer.system.text import CsvWriter
 
 COLUMNS = ("x_m", "y_m", "z_m", "direct_lx", "indirect_lx", "total_lx", "uncertainty_lx",
            "rgb_error_percent")
@@ -17,8 +17,8 @@ def save_grid(scene: Scene, bands: str, reading: GridReading, out: Path) -> list
     """Write <scene>_<bands>_grid_<name>.csv, a line a point that could be read, and its plan as .png."""
     stem = f"{scene.path.stem}_{bands}_{reading.grid.file_stem}"
     table = out / f"{stem}.csv"
-    with whole_file(table) as part, part.open("w", newline="") as file:
-        writer = csv.writer(file)
+    with whole_file(table) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = CsvWriter(file)
         writer.writerow(COLUMNS)
         off = [""] * len(reading.total) if reading.rgb is None else [
             "" if x is None else f"{x:.6g}" for x in map(rgb_error_percent, reading.rgb, reading.total)]

@@ -36,15 +36,19 @@ def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, s
     return rooms
 
 
-def save(rooms: list[Room], command: str, out: Path, progress: Progress) -> tuple[Path, list[str]]:
-    """Write report.html; returns it and what was done otherwise than asked, in sentences."""
+def save(rooms: list[Room], command: str, out: Path, progress: Progress,
+         outside: bool = False) -> tuple[Path, list[str]]:
+    """Write report.html; returns it and what was done otherwise than asked, in sentences.
+
+    outside : carry files that lie outside a scene's folder, too
+    """
     path, pixels = out / "report.html", MAX_PAGE_PIXELS
     while True:
         progress("what the cameras see")
         views, notes = looks([(room.scene, room.solutions["31"].transport) for room in rooms], pixels)
         progress("the page")
         seen = [replace(room, view=view) for room, view in zip(rooms, views, strict=True)]
-        save_report(seen, command, notes, path)
+        save_report(seen, command, notes, path, outside)
         size = path.stat().st_size
         if size <= MAX_PAGE_BYTES or pixels < MAX_PAGE_PIXELS / 16:
             break

@@ -1,6 +1,5 @@
 """One spectrum shown: what a paint or a lamp is, in the numbers people know it by."""
 
-import csv
 import re
 from dataclasses import dataclass
 from os.path import isfile
@@ -34,6 +33,7 @@ from renderer.pictures.spectrum_chart import save_chart
 from renderer.readings.colorimetry import colour_of
 from renderer.records.json_records import Table
 from renderer.system.files import whole_file
+from renderer.system.text import CsvWriter
 
 CHIPS = 5
 
@@ -194,8 +194,8 @@ def save(shown: Shown, record: dict, out: Path) -> list[Path]:
     """Write the chart and the bands."""
     stem = "spectrum_" + (re.sub(r"[^0-9A-Za-z.]+", "-", shown.title).strip("-.") or "colour")
     values = {"power_W_per_1000_lm": record["power_W_per_1000_lm"]} if shown.lamp else record["reflectance"]
-    with whole_file(out / f"{stem}.csv") as part, part.open("w", newline="") as file:
-        writer = csv.writer(file)
+    with whole_file(out / f"{stem}.csv") as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = CsvWriter(file)
         writer.writerow(["wavelength_nm", *values])
         writer.writerows([f"{nm:g}", *(f"{x:.6g}" for x in row)] for nm, *row in
                          zip(record["wavelength_nm"], *values.values(), strict=True))

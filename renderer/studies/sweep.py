@@ -1,12 +1,9 @@
 """Studies of many rooms: any keys of scene files, any values, every combination."""
 
-import copy
-import difflib
 import hashlib
 import itertools
 import json
 import math
-import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -14,16 +11,16 @@ from pathlib import Path
 
 from renderer.colour.tables import munsell_chips
 from renderer.errors import InputError
-from renderer.scene.reading import load_table, revised
+from renderer.scene.reading import load, revised
 from renderer.scene.scene import Scene
+from renderer.scene.values import close_to, files_named, replaces, table_with
 from renderer.system.cache import program
+from renderer.system.input_files import is_regular_file, parse_toml, read_input
+from renderer.system.text import quoted
 
 KEYS = ("scenes", "title", "vary")
 MAX_CASES = 1_000_000
 """Rooms of one study."""
-INSTEAD = (("reflectance", "spectrum", "rgb", "srgb", "munsell"), ("spectrum", "cct"),
-           ("flux", "luminance", "intensity"))
-"""Keys of a scene file of which one takes another's place."""
 EVERY_CHIP = "*"
 CASES_TRIED = 1000
 """Rooms at most in which a value is tried before it is refused, or left to a row that says why."""
@@ -76,28 +73,24 @@ def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int 
 
     accuracy, bands, seed : replace what the scene files say.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give a .toml study file.") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{path}: is not valid TOML: {' '.join(str(error).split())}.") from None
+    table = parse_toml(read_input(path, "study", str(path), "Give a .toml study file."), str(path))
     for key in table.keys() - set(KEYS):
-        raise InputError(f"{path}: {key} is not a known key; {_near(key, KEYS)}Known: {', '.join(KEYS)}.")
+        raise InputError(f"{path}: {key[:80]} is not a known key; {close_to(key, KEYS)}"
+                         f"Known: {', '.join(KEYS)}.")
     scenes, vary = table.get("scenes"), table.get("vary")
     if not isinstance(scenes, list) or not scenes or not all(isinstance(s, str) for s in scenes):
-        raise InputError(f'{path}: scenes is {scenes!r}; must be a list of scene files or packaged rooms, as '
-                         'scenes = ["grey_room"].')
+        raise InputError(f'{path}: scenes is {quoted(scenes)}; must be a list of scene files or packaged '
+                         'rooms, as scenes = ["grey_room"].')
     if not isinstance(vary, dict) or not vary:
-        raise InputError(f'{path}: vary is {vary!r}; must be a table of scene keys and their values, as '
-                         '"luminaires.0.spectrum" = ["D65", "A"].')
+        raise InputError(f'{path}: vary is {quoted(vary)}; must be a table of scene keys and their values, '
+                         'as "luminaires.0.spectrum" = ["D65", "A"].')
     given = {"accuracy": accuracy, "bands": bands, "seed": seed}
     solver = {key: value for key, value in given.items() if value is not None}
     for key in (f"solver.{name}" for name in solver):
         if key in vary:
             raise InputError(f"{path}: vary.{key!r} is varied, and --{key[7:]} is given. Remove one of them.")
     for one, other in itertools.combinations(vary, 2):
-        if _replaces(one, other):
+        if replaces(one, other):
             raise InputError(f"{path}: vary.{one!r} and vary.{other!r} set the same thing, one in place "
                              "of the other. Remove one.")
     vary = {key: _values(path, key, values) for key, values in vary.items()}
@@ -109,25 +102,18 @@ def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int 
     return study
 
 
-def _replaces(one: str, other: str) -> bool:
-    """Whether what one key sets is lost when the other is set."""
-    (place, _, last), (its, _, name) = one.rpartition("."), other.rpartition(".")
-    instead = place == its and any({last, name} <= set(group) for group in INSTEAD)
-    return instead or f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
-
-
 def _bases(path: Path, names: list[str], solver: dict, vary: dict[str, list]) -> list[Base]:
     """The rooms of a study; those whose files are called alike are named as the study names them."""
     bases, known = [], set()
     for name in names:
         beside = path.parent / name
-        scene, table = load_table(beside if beside.is_file() else name)
+        scene = load(beside if is_regular_file(beside) else name)
         if scene.path.resolve() in known:
             raise InputError(f"{path}: scenes has {name!r} twice. Remove one.")
         known.add(scene.path.resolve())
-        new = {**table, "solver": {**table.get("solver", {}), **solver}}
-        files = contents(scene.path.parent, _strings([new, vary]))
-        bases.append(Base(name, _read(revised(scene, table, new)), new, files))
+        new = {**scene.table, "solver": {**scene.table.get("solver", {}), **solver}}
+        files = contents(scene.path.parent, files_named([new, vary]))
+        bases.append(Base(name, _read(revised(scene, new)), new, files))
     alike = Counter(base.scene.path.stem for base in bases)
     return [base if alike[base.scene.path.stem] > 1 else replace(base, name=base.scene.path.stem)
             for base in bases]
@@ -145,8 +131,8 @@ def _values(path: Path, key: str, values) -> list:
     if values == EVERY_CHIP and key.startswith("materials.") and key.endswith(".munsell"):
         return list(munsell_chips()[0])
     if not isinstance(values, list) or not values:
-        raise InputError(f'{path}: vary.{key!r} is {values!r}; must be a list of values, or "*" for every '
-                         "measured chip where the key is a material's munsell.")
+        raise InputError(f'{path}: vary.{key!r} is {quoted(values)}; must be a list of values, or "*" for '
+                         "every measured chip where the key is a material's munsell.")
     said = [json.dumps(value, default=str) for value in values]
     if len(set(said)) < len(said):
         twice = next(value for k, value in enumerate(said) if value in said[:k])
@@ -167,7 +153,7 @@ def _try_every_value(study: Study) -> None:
                 case = {**first, key: value}
                 fault = _fault(tried, case)
                 if fault is not None and _stays(tried, case, others, fault):
-                    raise InputError(f"{study.path}: vary.{key!r} = {value!r}: {fault}")
+                    raise InputError(f"{study.path}: vary.{key!r} = {quoted(value)}: {fault}")
 
 
 def _fault(base: Base, values: dict[str, object]) -> str | None:
@@ -197,72 +183,26 @@ def _stays(base: Base, case: dict[str, object], others: dict[str, list], fault: 
 
 def scene_of(base: Base, values: dict[str, object]) -> Scene:
     """A base's room with other values. Raises InputError."""
-    return _read(revised(base.scene, base.table, table_of(base, values)))
+    return _read(revised(base.scene, table_of(base, values)))
 
 
 def table_of(base: Base, values: dict[str, object]) -> dict:
-    """A base's table with other values; one takes the place of what says the same in another way."""
-    table = copy.deepcopy(base.table)
-    for key, value in values.items():
-        *parents, last = key.split(".")
-        place, walked = table, []
-        for part in parents:
-            known = range(len(place)) if isinstance(place, list) else place
-            index = int(part) if isinstance(place, list) and part.isdecimal() else part
-            if not isinstance(known, (range, dict)) or index not in known:
-                where = ".".join(walked) or "the file"
-                near = _near(part, list(map(str, known))) if isinstance(known, (range, dict)) else ""
-                raise InputError(f"{base.scene.path}: {part!r} is not in {where}; {near}"
-                                 f"there {_listed(known)}.")
-            place, walked = place[index], [*walked, part]
-        if isinstance(place, list) and last.isdecimal() and int(last) < len(place):
-            place[int(last)] = value
-        elif isinstance(place, dict):
-            for group in INSTEAD:
-                if last in group:
-                    for other in group:
-                        place.pop(other, None)
-            place[last] = value
-        else:
-            raise InputError(f"{base.scene.path}: {key} is not a key that can be set.")
-    return table
-
-
-def _listed(known) -> str:
-    names = list(map(str, known))
-    return f"are {', '.join(names[:8])}{', …' if len(names) > 8 else ''}" if names else "is nothing"
-
-
-def _near(word: str, known) -> str:
-    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
-    return f"did you mean {near[0]!r}? " if near else ""
+    """A base's table with other values. Raises InputError."""
+    return table_with(base.table, values, base.scene.path)
 
 
 def identity(base: Base, case: Case) -> str:
     """What a case's readings follow from, as a digest: the program, the table with its values, and what is in
     the files that these name; wherever they lie."""
-    files = {name: base.files[name] for name in _strings([base.table, case.values]) if name in base.files}
+    files = {name: base.files[name] for name in files_named([base.table, case.values]) if name in base.files}
     said = json.dumps([program(), base.table, case.values, files], default=str)
     return _digest(said.encode())
 
 
 def contents(folder: Path, names: Iterable[str]) -> dict[str, str]:
     """Digests of those of the names that are files in a folder."""
-    return {name: _digest((folder / name).read_bytes()) for name in names
-            if len(name) < 1000 and (folder / name).is_file()}
+    return {name: _digest(path.read_bytes()) for name in names if is_regular_file(path := folder / name)}
 
 
 def _digest(data: bytes) -> str:
     return hashlib.blake2b(data, digest_size=16).hexdigest()
-
-
-def _strings(item) -> list[str]:
-    """Every string in a table, each once."""
-    found, todo = {}, [item]
-    while todo:
-        item = todo.pop()
-        if isinstance(item, (dict, list)):
-            todo += item.values() if isinstance(item, dict) else item
-        elif isinstance(item, str):
-            found[item] = None
-    return list(found)

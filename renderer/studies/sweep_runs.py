@@ -1,6 +1,5 @@
 """The work of a sweep: batches of rooms on the cores here or on Dask, and a journal of what is done."""
 
-import csv
 import json
 import os
 from collections.abc import Iterator
@@ -22,6 +21,7 @@ from renderer.studies.cluster import as_done, connected
 from renderer.studies.sweep import Base, Case, Study, contents, identity, scene_of
 from renderer.system.cache import user_cache
 from renderer.system.files import whole_file
+from renderer.system.text import CsvWriter
 
 BATCH, PIECES = 16, 4
 """Most rooms in one piece of work, done again when a worker dies; fewest pieces a worker."""
@@ -149,7 +149,8 @@ def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
                for k in range(0, len(cases), size)]
     total, finished = len(study), len(study) - len(todo)
     progress(f"{study.path.name}: {finished} of {total} rooms are done already")
-    for results in on_cluster(batches, scheduler) if scheduler and batches else on_cores(batches):
+    elsewhere = scheduler is not None and batches
+    for results in on_cluster(batches, scheduler) if elsewhere else on_cores(batches):
         journal.add(results)
         finished += len(results)
         progress(f"{study.path.name}: {finished} of {total} rooms")
@@ -212,7 +213,8 @@ def _heed_parent() -> None:
 def on_cluster(batches: list, scheduler: str) -> Iterator[list]:
     """The same on Dask workers, which have this program installed and see the same files."""
     with connected(scheduler) as client:
-        yield from as_done([client.submit(_run, batch, pure=False, retries=TRIES) for batch in batches])
+        yield from as_done([client.submit(_run, batch, pure=False, retries=TRIES) for batch in batches],
+                           client)
 
 
 def _run(batch) -> list:
@@ -222,7 +224,7 @@ def _run(batch) -> list:
 def _table(study: Study, journal: Journal, path: Path) -> Path:
     """Write every row, in the study's order: the room, the value of each key, the reading."""
     with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
+        writer = CsvWriter(file)
         writer.writerow(["scene", *study.vary, *READ])
         for case in study.cases():
             base = study.bases[case.base]

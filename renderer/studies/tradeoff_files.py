@@ -1,6 +1,5 @@
 """A measured trade as a table, a picture, and in words."""
 
-import csv
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from renderer.pictures.front import save_front
 from renderer.records.json_records import Table
 from renderer.studies.tradeoff import TARGETS, Setting, Tradeoff
 from renderer.system.files import whole_file
+from renderer.system.text import CsvWriter
 
 COLUMNS = ("bands", "method", "patch_size_m", "rays_per_patch", "patches", "seconds_geometry",
            "seconds_bands", "seconds", "error_photometers", "error_surfaces", "on_front")
@@ -20,7 +20,7 @@ def save(found: Tradeoff, out: Path) -> list[Path]:
     stem = f"{found.scene.path.stem}_tradeoff"
     front, files = found.front, [out / f"{stem}.csv", out / f"{stem}.md"]
     with whole_file(files[0]) as part, part.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
+        writer = CsvWriter(file)
         writer.writerow(COLUMNS)
         for s in found.settings:
             seconds = (f"{x:.4g}" for x in (s.transport, s.solve, s.seconds))

@@ -14,15 +14,15 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from renderer.errors import CacheWarning, InputError
-from renderer.system.files import whole_file
+from renderer.errors import CacheWarning, InputError, OutputError
+from renderer.system.files import remove_abandoned, whole_file
 
 MAX_CACHE_BYTES = 2 << 30
 """Bytes that all files together may have; past that the one not used for longest goes."""
 MAX_ENTRY_BYTES = MAX_CACHE_BYTES // 2
 """What is larger is not kept: writing and reading it takes as long as computing it."""
 DIGEST_BYTES = 32
-"""Bytes of a checksum, at the start of each file."""
+"""Bytes of a checksum of the key and the arrays, at the start of each file."""
 
 Arrays = dict[str, np.ndarray]
 
@@ -38,7 +38,8 @@ class Cache:
 
         A damaged file is made anew, with a warning; a folder that cannot be written to is one, too.
         """
-        path = self.folder / f"{_digest(f'{code()} {key}'.encode()).hex()}.kept"
+        named = _digest(f"{code()} {key}".encode())
+        path = self.folder / f"{named.hex()}.kept"
         try:
             held = path.read_bytes()
             os.utime(path)
@@ -47,7 +48,7 @@ class Cache:
         if held is not None:
             arrays = (
                 _unpacked(held[DIGEST_BYTES:])
-                if held[:DIGEST_BYTES] == _digest(held[DIGEST_BYTES:])
+                if held[:DIGEST_BYTES] == _digest(named, held[DIGEST_BYTES:])
                 else None
             )
             if arrays is not None:
@@ -56,19 +57,20 @@ class Cache:
                           stacklevel=2)
         made = make()
         if sum(array.nbytes for array in made.values()) <= MAX_ENTRY_BYTES:
-            self._keep(path, made)
+            self._keep(path, named, made)
         return made
 
-    def _keep(self, path: Path, made: Arrays) -> None:
+    def _keep(self, path: Path, named: bytes, made: Arrays) -> None:
         packed = io.BytesIO()
         np.savez(packed, **made)
         try:
             with whole_file(path) as part, part.open("wb") as file:
-                file.write(_digest(packed.getbuffer()))
+                file.write(_digest(named, packed.getbuffer()))
                 file.write(packed.getbuffer())
-        except InputError:
+        except (InputError, OutputError):
             warnings.warn(f"{self.folder} cannot be written to; nothing is kept between runs. Free it, or "
                           "give --no-cache.", CacheWarning, stacklevel=2)
+        remove_abandoned(self.folder)
         self._shrink(MAX_CACHE_BYTES)
 
     @cached_property
@@ -121,8 +123,12 @@ def _unpacked(data: bytes) -> Arrays | None:
     return arrays if all(isinstance(array, np.ndarray) for array in arrays.values()) else None
 
 
-def _digest(data) -> bytes:
-    return hashlib.blake2b(data, digest_size=DIGEST_BYTES).digest()
+def _digest(*pieces) -> bytes:
+    """Of one piece of data after the other."""
+    digest = hashlib.blake2b(digest_size=DIGEST_BYTES)
+    for piece in pieces:
+        digest.update(piece)
+    return digest.digest()
 
 
 @cache

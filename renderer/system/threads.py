@@ -5,10 +5,25 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
 
+from renderer.errors import InputError
+
 CHUNK = 1 << 16
 """Rays or pairs in one slice of work."""
-CORES = int(os.environ.get("RENDERER_CORES", os.cpu_count() or 1))
-"""That one process works on: fewer where several share the machine, as the workers of a sweep."""
+MAX_CORES = 4096
+
+
+def _cores() -> int:
+    """Cores that one process works on: fewer where several share the machine, as the workers of a sweep."""
+    given = os.environ.get("RENDERER_CORES")
+    if given is None:
+        return os.cpu_count() or 1
+    if not (given.isascii() and given.isdecimal() and 1 <= int(given[:9]) <= MAX_CORES):
+        raise InputError(f"RENDERER_CORES is {given!r}; must be a whole number of cores, 1 to {MAX_CORES}. "
+                         "Correct it in the environment, or remove it.")
+    return int(given)
+
+
+CORES = _cores()
 
 
 @cache

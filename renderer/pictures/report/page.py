@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from renderer import __version__
 from renderer.colour.bands import LUMINANCE_WEIGHTS, XYZ_TO_BT709
 from renderer.pictures.camera import View
 from renderer.pictures.image import exposure, white_balance
@@ -77,19 +78,20 @@ class Room:
         return self.scene.title
 
 
-def save_report(rooms: list[Room], command: str, notes: list[str], path: Path) -> Path:
+def save_report(rooms: list[Room], command: str, notes: list[str], path: Path, outside: bool = False) -> Path:
     """Write the page.
 
     command : what made it; notes : what was done otherwise than asked, in sentences
+    outside : carry files that lie outside a scene's folder, too
     """
     with whole_file(path) as part:
-        part.write_text(page(rooms, command, notes), encoding="utf-8")
+        part.write_text(page(rooms, command, notes, outside), encoding="utf-8")
     return path
 
 
-def page(rooms: list[Room], command: str, notes: list[str]) -> str:
+def page(rooms: list[Room], command: str, notes: list[str], outside: bool = False) -> str:
     """The whole page as text."""
-    rooms = [Room(r.solutions, r.readings, r.records, r.view, scene_files(r.scene.path)) for r in rooms]
+    rooms = [Room(r.solutions, r.readings, r.records, r.view, scene_files(r.scene, outside)) for r in rooms]
     pack = Pack()
     data = _data(rooms, pack)
     three = gzip.decompress((HERE / "three.min.js.gz").read_bytes()).decode()
@@ -194,4 +196,5 @@ def _versions() -> str:
         except PackageNotFoundError:
             return f"{package} (not installed)"
 
-    return ", ".join([of("renderer"), f"Python {platform.python_version()}", of("numpy"), of("scipy")])
+    return ", ".join([
+        f"renderer {__version__}", f"Python {platform.python_version()}", of("numpy"), of("scipy")])

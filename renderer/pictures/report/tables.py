@@ -82,7 +82,7 @@ def files_list(rooms: list) -> str:
             said = f"{file['name']} · {file['bytes']:,} bytes · SHA-256 {file['sha256'][:16]}…"
             summary = f"{escape(room.title)}: {escape(said)}"
             if "text" not in file and "base64" not in file:
-                parts.append(f"<p>{summary} (too large to carry)</p>")
+                parts.append(f"<p>{summary} ({escape(file['left_out'])})</p>")
                 continue
             shown = f"<pre>{escape(file['text'])}</pre>" if "text" in file else "<p>Not text.</p>"
             button = f'<button type="button" data-file="{k},{j}">Save {escape(file["name"])}</button>'

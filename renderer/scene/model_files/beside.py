@@ -5,10 +5,9 @@ import binascii
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+from renderer.errors import InputError
 from renderer.scene.model_files.record import Beside, Unreadable
-
-MAX_BYTES = 1 << 30
-"""Size of a file beside a model, at most."""
+from renderer.system.input_files import MAX_BYTES, is_regular_file, read_input
 
 
 def beside(path: Path, root: Path) -> Beside:
@@ -22,17 +21,17 @@ def beside(path: Path, root: Path) -> Beside:
             raise Unreadable(f"names {_short(name)}, and nothing is fetched; save that file beside it")
         given = unquote(name).replace("\\", "/")
         try:
-            target = next((t for t in (path.parent / given, path.parent / name) if t.is_file()),
+            target = next((t for t in (path.parent / given, path.parent / name) if is_regular_file(t)),
                           path.parent / given).resolve()
             if not any(target.is_relative_to(folder) for folder in allowed):
                 raise Unreadable(f"names {_short(name)}, which is outside the scene's folder and is not "
                                  "read; copy that file beside it")
-            if not target.is_file():
+            if not is_regular_file(target):
                 raise Unreadable(f"names {_short(name)}, and there is no such file beside it; copy it there")
-            if target.stat().st_size > MAX_BYTES:
-                raise Unreadable(f"names {_short(name)}, which is larger than 1 GiB")
-            return target.read_bytes()
-        except (OSError, ValueError):
+            if target.stat().st_size > MAX_BYTES["model"]:
+                raise Unreadable(f"names {_short(name)}, which has over {MAX_BYTES['model'] / 1e6:g} MB")
+            return read_input(target, "model", str(path))
+        except (InputError, OSError, ValueError):
             raise Unreadable(f"names {_short(name)}, which cannot be read; copy that file beside it"
                              ) from None
 

@@ -9,6 +9,7 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.scene.model_files.beside import beside
 from renderer.scene.model_files.record import ModelFile, Unreadable
+from renderer.system.input_files import read_input
 
 logging.getLogger("trimesh").addHandler(logging.NullHandler())  # else it prints its tracebacks
 
@@ -55,16 +56,14 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
     scale : times which everything is; units, up : where given, before what the file says
     root : the scene's folder, within which the file may name others; only its own folder if left out
     """
-    if not path.is_file():
-        raise InputError(f"{where}: there is no file {str(path)!r}; paths are relative to the "
-                         "scene file. Correct the path.")
     kind = path.suffix.lower().lstrip(".")
     if kind not in FORMATS:
         raise InputError(f"{where}: {path.name} is {OTHERS.get(kind, 'of a format that is not read')}; "
                          f"export it as {KNOWN}.")
+    data = read_input(path, "model", where, "Paths are relative to the scene file; correct this one.")
     try:
         with np.errstate(all="ignore"):
-            found = _parsed(path, kind, root or path.parent)
+            found = _parsed(data, path, kind, root or path.parent)
     except Unreadable as fault:
         raise InputError(f"{where}: {path.name} {fault}.") from None
     except Exception as error:  # noqa: BLE001  a foreign file may fail in any way in its reader
@@ -74,10 +73,9 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
     return _in_metres(found, path, where, scale, units, up)
 
 
-def _parsed(path: Path, kind: str, root: Path) -> ModelFile:
+def _parsed(data: bytes, path: Path, kind: str, root: Path) -> ModelFile:
     from renderer.scene.model_files import by_trimesh, collada_file, gltf, obj, ply
 
-    data = path.read_bytes()
     if data.startswith(b"version https://git-lfs"):
         raise Unreadable("is a pointer of Git LFS, not the model itself; download that")
     if kind in ("stl", "3mf"):

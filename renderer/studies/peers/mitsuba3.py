@@ -66,7 +66,7 @@ def in_mitsuba(work: Callable[[ProcessPoolExecutor], Result],
     """
     if find_spec("mitsuba") is None:
         raise CannotRun(f"{NAME} is skipped: the package mitsuba is not installed; "
-                        "pip install 'renderer[peers]' brings it.")
+                        "pip install 'spectral-radiosity[peers]' brings it.")
     faults = []
     for variant in variants:
         context = multiprocessing.get_context("spawn")

@@ -44,7 +44,7 @@ def readings_in_radiance(scenes: list[Scene], progress: Progress) -> list[list[V
     """What every photometer of every scene reads in Radiance. Raises CannotRun."""
     if find_spec("pyradiance") is None:
         raise CannotRun(f"{NAME} is skipped: the package pyradiance is not installed; "
-                        "pip install 'renderer[peers]' brings it.")
+                        "pip install 'spectral-radiosity[peers]' brings it.")
     try:
         return [_readings(scene, progress) for scene in scenes]
     except (ImportError, OSError, RuntimeError, CalledProcessError) as error:

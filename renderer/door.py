@@ -1,0 +1,256 @@
+"""What a Python user calls: scenes, solutions and what they read, with every wrong argument refused."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import fields
+from functools import cached_property
+from math import isfinite
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from renderer.colour.bands import BAND_SETS
+from renderer.errors import InputError
+from renderer.readings.glare import Glare
+from renderer.readings.grid import GridReading
+from renderer.readings.luminance import cone
+from renderer.readings.reading import Reading
+from renderer.readings.uncertainty import Figure
+from renderer.scene import reading as scene_reading
+from renderer.scene.scene import Scene as LoadedScene
+from renderer.solving.measure import mean_luminance, rate_glare, read_grid
+from renderer.solving.solution import Solution as Solved
+from renderer.solving.solution import solve as solve_scene
+from renderer.solving.transport_store import Progress, TransportStore
+from renderer.system.text import quoted
+
+if TYPE_CHECKING:
+    import xarray
+    from numpy.typing import ArrayLike
+
+Source: TypeAlias = "str | PathLike[str] | Mapping[str, Any]"
+"""What a scene is loaded from: a file's path, a packaged room's name, a dict of a scene file's keys."""
+NARROWEST, WIDEST = 0.01, 120.0
+"""Full acceptance angles of a luminance meter [degrees]."""
+TINY = 1e-9
+"""Length below which a direction has none."""
+
+
+class Scene(LoadedScene):
+    """A room ready to be solved. `load` makes one."""
+
+    def with_values(self, values: Mapping[str, Any]) -> Scene:
+        """The scene with other values; what they do not touch is kept.
+
+        values : by dotted key, lists by index, as "materials.red.munsell" or "luminaires.0.flux"; a value
+            takes the place of what says the same in another way; None removes a key
+        Raises InputError for an unknown key or a value that is not allowed.
+
+        >>> import renderer
+        >>> room = renderer.load("red_room")
+        >>> room.with_values({"title": "Other", "materials.red.munsell": "5R 4/14"}).title
+        'Other'
+        """
+        if not isinstance(values, Mapping):
+            raise InputError(f'values is {quoted(values)}; must be a dict, as '
+                             '{"materials.red.munsell": "5R 4/14"}.')
+        other = _scene(scene_reading.with_values(self, values))
+        other.__dict__["_store"] = self._store
+        return other
+
+    @cached_property
+    def _store(self) -> TransportStore:
+        """Form factors that this scene shares with those made of it."""
+        return TransportStore()
+
+    def __repr__(self) -> str:
+        return (f"Scene({self.title!r}, {len(self.room.surfaces)} surfaces, "
+                f"{len(self.bodies)} objects, {len(self.luminaires)} luminaires)")
+
+
+class Solution(Solved):
+    """Light in a room. `solve` makes one; a notebook shows it as a picture with its readings."""
+
+    def photometer(self, position: ArrayLike, normal: ArrayLike = (0.0, 0.0, 1.0),
+                   name: str = "photometer") -> Reading:
+        """Read an illuminance meter.
+
+        position : (3,) [m]; normal : (3,) the direction it faces, of any length
+        Raises InputError outside the room, inside an object, or for what is no point or direction.
+
+        >>> import renderer
+        >>> solution = renderer.solve("grey_room", "rgb", accuracy=0.05)
+        >>> round(solution.photometer([2.7, 2.7, 0]).total_lx)
+        145
+        """
+        _direction(normal, "normal")
+        return super().photometer(_vector(position, "position"), _vector(normal, "normal"), str(name))
+
+    def grids(self) -> list[GridReading]:
+        """Read the scene's own grids, in order."""
+        return [read_grid(self, grid) for grid in self.scene.grids]
+
+    def grid(self, name: str) -> GridReading:
+        """Read one of the scene's own grids. Raises InputError for a name that none has.
+
+        >>> import renderer
+        >>> office = renderer.solve("office", "rgb", accuracy=0.2)
+        >>> office.grid("desks")
+        Traceback (most recent call last):
+        renderer.errors.InputError: grid 'desks' is not in the scene; did you mean 'workplace'? ...
+        """
+        names = [grid.name for grid in self.scene.grids]
+        if name not in names:
+            raise InputError(f"grid {quoted(name)} is not in the scene; {_near(name, names)}"
+                             f"Known: {', '.join(map(repr, names)) or 'none; add [[photometer_grids]]'}.")
+        return read_grid(self, self.scene.grids[names.index(name)])
+
+    def luminance(self, position: ArrayLike, direction: ArrayLike, angle: float = 1.0,
+                  name: str = "luminance") -> Figure:
+        """Mean luminance [cd/m²] that an eye sees within a cone.
+
+        position : (3,) [m] of the eye; direction : (3,) in which it looks
+        angle : of the whole cone [degrees]
+        Raises InputError outside the room or inside an object.
+
+        >>> import renderer
+        >>> solution = renderer.solve("grey_room", "rgb", accuracy=0.05)
+        >>> wall = solution.luminance([2.7, 2.7, 1.2], [1, 0, 0], angle=2)
+        >>> wall.value > 20 * wall.uncertainty > 0
+        True
+        """
+        if not (isinstance(angle, (int, float)) and NARROWEST <= angle <= WIDEST):
+            raise InputError(f"angle is {quoted(angle)}; must be from {NARROWEST:g} to {WIDEST:g} degrees.")
+        axis = cone(_direction(direction, "direction"), float(angle), self.scene.solver.seed)
+        return mean_luminance(self, _vector(position, "position"), axis, str(name))
+
+    def spot_meters(self) -> list[Figure]:
+        """Read the scene's own luminance meters, in order [cd/m²]."""
+        return [self.luminance(spot.position, spot.toward, spot.angle, spot.name)
+                for spot in self.scene.spot_meters]
+
+    def ugr(self, position: ArrayLike, direction: ArrayLike, name: str = "observer") -> Glare:
+        """Rate the glare of an observer by CIE 117; where there is no `rating`, `reason` says why.
+
+        position : (3,) [m] of the eye; direction : (3,) in which it looks
+        Raises InputError outside the room or inside an object.
+
+        >>> import renderer
+        >>> solution = renderer.solve("grey_room", "rgb", accuracy=0.05)
+        >>> 10 < solution.ugr([0.5, 2.7, 1.2], [1, 0, 0]).rating < 30
+        True
+        """
+        return rate_glare(self, _vector(position, "position"), _direction(direction, "direction"),
+                                  str(name))
+
+    def observers(self) -> list[Glare]:
+        """Rate the glare of the scene's own observers, in order."""
+        return [self.ugr(observer.position, observer.toward, observer.name)
+                for observer in self.scene.observers]
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Light on every patch, with names and units. Raises ImportError where xarray is not installed.
+
+        >>> import renderer
+        >>> data = renderer.solve("grey_room", "rgb", accuracy=0.1).to_xarray()
+        >>> data.illuminance.attrs["units"]
+        'lx'
+        """
+        from renderer.records.xarray_dataset import dataset
+
+        return dataset(self)
+
+    def _repr_html_(self) -> str:
+        """A small picture, and the readings with error bars."""
+        from renderer.pictures.notebook import html
+
+        return html(self)
+
+
+def load(source: Source, folder: str | PathLike[str] = ".") -> Scene:
+    """Read and check a scene: a file, a packaged room by its name, or a dict of the same keys as a file.
+
+    folder : of a dict, where the files lie that it names. Raises InputError, in one sentence.
+
+    >>> import renderer
+    >>> renderer.load("red_room")
+    Scene('Red-paint room', 6 surfaces, 0 objects, 1 luminaires)
+    >>> renderer.load({"room": {"size": [4, 4, 3], "floor": "grey", "walls": "grey", "ceiling": "grey"},
+    ...                "materials": {"grey": {"reflectance": 0.5}},
+    ...                "luminaires": [{"shape": "point", "center": [2, 2, 2], "flux": 1000}]})
+    Scene('Untitled room', 6 surfaces, 0 objects, 1 luminaires)
+    """
+    return _scene(scene_reading.load(source, Path(folder)))
+
+
+def solve(scene: Scene | Source, bands: str | None = None, accuracy: float | None = None,
+          seed: int | None = None, *, store: TransportStore | None = None,
+          progress: Progress | None = None) -> Solution:
+    """Solve a scene; what is not given is taken from its [solver] table.
+
+    scene : what `load` returns or takes
+    bands : "rgb", "rgb-prefiltered", "6", "9", "16", "31" or "61"
+    accuracy : 95 % half-width of readings over the value, which mesh and rays are chosen for [1]
+    seed : of everything random
+    store : of another solution, to share its form factors; a scene, and those that `with_values` makes of it,
+        share theirs already
+    progress : called with each step, in words
+    Raises InputError for a wrong argument, SolveError where the room has no steady state.
+
+    >>> import renderer
+    >>> solution = renderer.solve("red_room", "31", accuracy=0.05)
+    >>> solution.photometers()[0].total_lx > 140
+    True
+    >>> renderer.solve("red_room", "RGB")
+    Traceback (most recent call last):
+    renderer.errors.InputError: bands is 'RGB'; did you mean 'rgb'? Must be one of rgb, ...
+    """
+    ready = scene if isinstance(scene, Scene) else (
+        _scene(scene) if isinstance(scene, LoadedScene) else load(scene))
+    if bands is not None and bands not in BAND_SETS:
+        raise InputError(f"bands is {quoted(bands)}; {_near(bands, BAND_SETS)}"
+                         f"Must be one of {', '.join(BAND_SETS)}.")
+    if accuracy is not None and not (isinstance(accuracy, (int, float)) and 1e-4 <= accuracy <= 0.5):
+        raise InputError(f"accuracy is {quoted(accuracy)}; must be from 0.0001 to 0.5: 0.01 is 1 %.")
+    if seed is not None and not (isinstance(seed, int) and 0 <= seed <= 2**62):
+        raise InputError(f"seed is {quoted(seed)}; must be a whole number, 0 or more.")
+    solved = solve_scene(ready, bands, accuracy, seed, store or ready._store, progress or _silent)
+    return Solution(**{field.name: getattr(solved, field.name) for field in fields(solved)})
+
+
+def _silent(step: str) -> None:
+    """No progress."""
+
+
+def _scene(plain: LoadedScene) -> Scene:
+    return Scene(**{field.name: getattr(plain, field.name) for field in fields(plain)})
+
+
+def _near(word: object, known: tuple[str, ...] | list[str]) -> str:
+    """"did you mean …? " with the known word that is spelt most like one, whatever its case."""
+    by_case = {name.lower(): name for name in known}
+    near = difflib.get_close_matches(str(word).lower()[:80], list(by_case), n=1, cutoff=0.4)
+    return f"did you mean {by_case[near[0]]!r}? " if near else ""
+
+
+def _vector(given: ArrayLike, name: str) -> np.ndarray:
+    """Three finite numbers (3,). Raises InputError."""
+    try:
+        vector = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        vector = np.empty(0)
+    if vector.shape != (3,) or not all(isfinite(x) and abs(x) <= 1e9 for x in vector):
+        raise InputError(f"{name} is {quoted(given)}; must be three numbers up to 1e9, as [2.0, 2.0, 0.0].")
+    return vector
+
+
+def _direction(given: ArrayLike, name: str) -> np.ndarray:
+    """Three finite numbers (3,) that have a length. Raises InputError."""
+    vector = _vector(given, name)
+    if np.abs(vector).max() < TINY:
+        raise InputError(f"{name} is {quoted(given)}, which has no length; give a direction, as [0, 0, 1].")
+    return vector / np.linalg.norm(vector)

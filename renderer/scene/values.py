@@ -1,0 +1,111 @@
+"""The table of a scene with other values: "materials.red.munsell" = "5R 4/14"."""
+
+import copy
+import difflib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.system.input_files import MAX_DEPTH, refuse_excess
+from renderer.system.text import quoted
+
+INSTEAD = (("reflectance", "spectrum", "rgb", "srgb", "munsell", "lrv"), ("spectrum", "cct"),
+           ("flux", "luminance", "intensity"), ("center", "position"))
+"""Keys of a scene of which one takes another's place."""
+REFERRING = ("spectrum", "mesh", "file")
+"""Keys whose value may name a file."""
+
+
+def table_with(table: dict, values: Mapping[str, object], path: Path) -> dict:
+    """A copy of a scene's table with other values; one takes the place of what says the same in another way.
+
+    values : by dotted key, as "luminaires.0.flux"; None removes a key
+    path : what names the scene, for the message
+    Raises InputError for a key whose place is not in the table.
+    """
+    table = copy.deepcopy(table)
+    for key, value in values.items():
+        *parents, last = key.split(".")
+        place, walked = table, []
+        for part in parents:
+            known = range(len(place)) if isinstance(place, list) else place
+            index = int(part) if isinstance(place, list) and part.isdecimal() else part
+            if not isinstance(known, (range, dict)) or index not in known:
+                where = ".".join(walked) or "the scene"
+                near = close_to(part, list(map(str, known))) if isinstance(known, (range, dict)) else ""
+                raise InputError(f"{path}: {part!r} is not in {where}; {near}there {_listed(known)}.")
+            place, walked = place[index], [*walked, part]
+        if isinstance(place, list) and last.isdecimal() and int(last) < len(place):
+            place[int(last)] = copy.deepcopy(value)
+        elif isinstance(place, dict):
+            for group in INSTEAD:
+                if last in group:
+                    for other in group:
+                        place.pop(other, None)
+            if value is None:
+                place.pop(last, None)
+            else:
+                place[last] = copy.deepcopy(value)
+        else:
+            raise InputError(f"{path}: {key} is not a key that can be set.")
+    return table
+
+
+def plain_table(table: Mapping, where: str) -> dict:
+    """A copy of a table as a TOML file would give it: dicts, lists, strings, numbers. Raises InputError."""
+    plain = _plain(table, where, 0)
+    refuse_excess(plain, where)
+    return plain
+
+
+def _plain(value, where: str, depth: int):
+    if depth > MAX_DEPTH:
+        raise InputError(f"{where} has lists or tables within each other, more than {MAX_DEPTH} deep; a "
+                         "scene needs 4. Remove them.")
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise InputError(f"{where} has the key {quoted(key)}; keys must be strings.")
+        return {key: _plain(item, where, depth + 1) for key, item in value.items() if item is not None}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_plain(item, where, depth + 1) for item in value]
+    if isinstance(value, np.generic):
+        return value.item()
+    return os.fspath(value) if isinstance(value, os.PathLike) else value
+
+
+def replaces(one: str, other: str) -> bool:
+    """Whether what one dotted key sets is lost when the other is set."""
+    (place, _, last), (its, _, name) = one.rpartition("."), other.rpartition(".")
+    instead = place == its and any({last, name} <= set(group) for group in INSTEAD)
+    return instead or f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
+
+
+def files_named(item) -> list[str]:
+    """What keys that may name a file say in a table, or in a study's dotted keys, each once."""
+    found, todo = {}, [("", item)]
+    while todo:
+        key, value = todo.pop()
+        if isinstance(value, dict):
+            todo += [(str(name).rpartition(".")[2], inner) for name, inner in value.items()]
+        elif isinstance(value, list):
+            todo += [(key, inner) for inner in value]
+        elif isinstance(value, str) and key in REFERRING:
+            found[value] = found[value.partition("#")[0]] = None  # a column of it after #
+    return list(found)
+
+
+def close_to(word: str, known) -> str:
+    """The known word that is spelt most like one, as the beginning of a sentence; else nothing."""
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f"did you mean {near[0]!r}? " if near else ""
+
+
+def _listed(known) -> str:
+    names = list(map(str, known)) if isinstance(known, (range, dict)) else []
+    return f"are {', '.join(names[:8])}{', …' if len(names) > 8 else ''}" if names else "is nothing"

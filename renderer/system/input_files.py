@@ -1,0 +1,128 @@
+"""Files that a user names: opened only where they are what they should be, and remembered."""
+
+import hashlib
+import os
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from pathlib import Path
+from stat import S_ISDIR, S_ISREG
+
+from renderer.errors import InputError
+
+MAX_BYTES = {"scene": 4_000_000, "study": 4_000_000, "spectral": 16_000_000, "photometric": 16_000_000,
+             "model": 500_000_000}
+"""Bytes that a file of each kind may have: at least thirty times those of the largest seen."""
+MAX_DEPTH = 20
+"""Tables and lists within each other in a TOML file; a scene has 4."""
+MAX_INTEGER = 2**63 - 1
+"""Of a TOML file (TOML 1.0, Integer)."""
+
+
+@dataclass(frozen=True)
+class OpenedFile:
+    """A file as it was when it was read. path : as it was opened; sha256 : of its bytes; size : bytes."""
+
+    path: Path
+    sha256: str
+    size: int
+
+
+_opened: ContextVar[dict[Path, OpenedFile] | None] = ContextVar("opened", default=None)
+
+
+@contextmanager
+def remembered() -> Iterator[dict[Path, OpenedFile]]:
+    """Every file that `read_input` reads meanwhile, in order, each once; nested, the outer ones know it."""
+    outer, here = _opened.get(), {}
+    token = _opened.set(here)
+    try:
+        yield here
+    finally:
+        _opened.reset(token)
+        if outer is not None:
+            outer.update(here)
+
+
+def read_input(path: Path, kind: str, where: str, remedy: str = "Correct the path.") -> bytes:
+    """The bytes of a file that a user names. Raises InputError for what is no file, or is too large.
+
+    kind : a key of MAX_BYTES; where : what names the file, for the message; remedy : where there is none.
+    Never waits: a FIFO, a device or a socket is refused before it is opened.
+    """
+    limit, name = MAX_BYTES[kind], str(path)
+    try:
+        _refuse_irregular(os.stat(path), name, where)
+        with open(path, "rb", opener=_without_waiting) as file:
+            status = os.fstat(file.fileno())  # of what is open now, whatever the name has come to mean
+            _refuse_irregular(status, name, where)
+            if status.st_size <= limit:
+                data = file.read(limit + 1)
+            if status.st_size > limit or len(data) > limit:
+                raise InputError(f"{where}: {name} has {max(status.st_size, limit + 1) / 1e6:.3g} MB; a "
+                                 f"{kind} file may have at most {limit / 1e6:g} MB. Give a smaller one.")
+    except FileNotFoundError:
+        raise InputError(f"{where}: there is no file {name!r}. {remedy}") from None
+    except (OSError, ValueError) as error:  # the latter for a name with a zero byte in it
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{where}: {name!r} cannot be read ({reason}). Give another file.") from None
+    opened = _opened.get()
+    if opened is not None:
+        opened[path] = OpenedFile(path, hashlib.sha256(data).hexdigest(), len(data))
+    return data
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _refuse_irregular(status: os.stat_result, name: str, where: str) -> None:
+    if S_ISDIR(status.st_mode):
+        raise InputError(f"{where}: {name} is a folder. Give a file.")
+    if not S_ISREG(status.st_mode):
+        raise InputError(f"{where}: {name} is a pipe, a device or a socket. Give a regular file.")
+
+
+def is_regular_file(path: Path) -> bool:
+    """Whether there is a regular file of that name; False for a name that cannot be one."""
+    try:
+        return S_ISREG(os.stat(path).st_mode)
+    except (OSError, ValueError):
+        return False
+
+
+def parse_toml(data: bytes, where: str) -> dict:
+    """A TOML file as a table; a byte-order mark is allowed. Raises InputError for what is not TOML."""
+    try:
+        table = tomllib.loads(data.decode("utf-8-sig").replace("\r\n", "\n"))
+    except UnicodeDecodeError:
+        raise InputError(f"{where}: is not UTF-8 text; a TOML file is. Save it as UTF-8.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{where}: is not valid TOML: {' '.join(str(error).split())}.") from None
+    except RecursionError:
+        raise InputError(f"{where}: has lists or tables within each other, more than {MAX_DEPTH} deep; a "
+                         "scene needs 4. Remove them.") from None
+    except ValueError:
+        raise InputError(f"{where}: has an integer of thousands of digits; TOML allows "
+                         f"{MAX_INTEGER:.3g}. Correct it.") from None
+    refuse_excess(table, where)
+    return table
+
+
+def refuse_excess(table: dict, where: str) -> None:
+    """Raise InputError where a table is nested too deep, or has an integer that no TOML file may have."""
+    todo: list[tuple[str, object, int]] = [("", table, 0)]
+    while todo:
+        key, value, depth = todo.pop()
+        if depth > MAX_DEPTH:
+            raise InputError(f"{where}: {key[:40]} has lists or tables within each other, more than "
+                             f"{MAX_DEPTH} deep; a scene needs 4. Remove them.")
+        if isinstance(value, dict):
+            todo += [(f"{key}.{name}" if key else str(name), item, depth + 1) for name, item in value.items()]
+        elif isinstance(value, (list, tuple)):
+            todo += [(f"{key}[{k}]", item, depth + 1) for k, item in enumerate(value)]
+        elif isinstance(value, int) and abs(value) > MAX_INTEGER:
+            raise InputError(f"{where}: {key} is an integer of {value.bit_length()} bits; must be within "
+                             f"±{MAX_INTEGER:.3g}. Correct it.")

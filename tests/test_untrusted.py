@@ -1,0 +1,359 @@
+"""Untrusted and broken input and surroundings: one sentence each, and nothing carried off."""
+
+import json
+import os
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from renderer.errors import InputError
+from renderer.pictures.report.files import scene_files
+from renderer.scene.reading import load
+from renderer.studies.sweep import read_study
+from renderer.system import threads
+from renderer.system.files import output_folder, whole_file
+from renderer.system.input_files import MAX_BYTES, parse_toml, read_input
+from renderer.system.text import LONGEST_SHOWN, cell, quoted, visible
+
+BASE = """title = "T"
+[room]
+size = [4, 4, 3]
+floor = "g"
+walls = "g"
+ceiling = "g"
+[materials.g]
+reflectance = 0.5
+[[luminaires]]
+shape = "point"
+center = [2, 2, 2.5]
+flux = 1000
+[[photometers]]
+name = "p"
+position = [2, 2, 0]
+"""
+CAMERA = "[camera]\nposition = [2, 0.1, 1.5]\nlook_at = [2, 4, 1.4]\nresolution = [64, 48]\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "base.toml").write_text(BASE)
+    (tmp_path / "room.toml").write_text(BASE + CAMERA)
+    return tmp_path
+
+
+def refused(done, *words, code=2):
+    """One sentence on stderr, no result, that exit code."""
+    assert done.returncode == code, done.stderr
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert "Traceback" not in done.stderr
+    for word in words:
+        assert word in done.stderr
+
+
+TEXTS = {
+    "deep": (BASE + "x = " + "[" * 5000 + "]" * 5000, "within each other"),
+    "bigint": (BASE.replace("1000", "1" + "0" * 5000), "digits"),
+    "bighex": (BASE.replace("1000", "0x" + "f" * 5000), "luminaires[0].flux is an integer of 20000 bits"),
+    "nul": (BASE.replace('"T"', '"\0"'), "not valid TOML"),
+    "long value": (BASE.replace('"g"\nwalls', '"' + "g" * 10_000 + '"\nwalls'), "room.floor is"),
+}
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_odd_text_in_a_scene_is_one_sentence(tmp_path, name):
+    text, said = TEXTS[name]
+    (tmp_path / "odd.toml").write_text(text)
+    with pytest.raises(InputError) as error:
+        load(tmp_path / "odd.toml")
+    assert said in str(error.value)
+    assert len(str(error.value)) < 600 + len(str(tmp_path))
+
+
+@pytest.mark.parametrize("values", ["[" * 5000 + "]" * 5000, "[1" + "0" * 5000 + "]",
+                                    "[0x" + "f" * 5000 + "]"])
+def test_odd_text_in_a_study_is_one_sentence(folder, values):
+    (folder / "study.toml").write_text(f'scenes = ["base.toml"]\n[vary]\n"luminaires.0.flux" = {values}\n')
+    with pytest.raises(InputError, match=r"within each other|integer of"):
+        read_study(folder / "study.toml", None, None, None)
+
+
+def test_a_byte_order_mark_is_no_fault(tmp_path):
+    (tmp_path / "bom.toml").write_bytes(b"\xef\xbb\xbf" + BASE.replace("\n", "\r\n").encode())
+    assert load(tmp_path / "bom.toml").title == "T"
+
+
+def test_a_title_of_a_thousand_letters_works_in_a_scene_and_in_a_study(folder, here):
+    (folder / "long.toml").write_text(BASE.replace('"T"', '"' + "x" * 999 + '"'))
+    (folder / "study.toml").write_text('scenes = ["long.toml"]\n[vary]\n"luminaires.0.flux" = [1, 2]\n')
+    assert len(read_study(folder / "study.toml", None, None, None)) == 2
+    assert here("photometer", "long.toml", "--accuracy", "20%", "--quiet", cwd=folder).returncode == 0
+
+
+def test_control_characters_are_shown_harmlessly(folder, here):
+    title = r'"\u202Eabc\u0007\u001b[31mRED\u001b]0;pwn\u0007 \r\n x"'
+    (folder / "rtl.toml").write_text(BASE.replace('"T"', title).replace('"p"', r'"\u001b[2Jnul\u202E\u0000"'))
+    for form in ("table", "csv", "json"):
+        done = here("photometer", "rtl.toml", "--accuracy", "20%", "--format", form, cwd=folder)
+        assert done.returncode == 0, done.stderr
+        for text in (done.stdout, done.stderr):
+            assert not set(text) & {"\x1b", "\x07", "\r", "\x00", "\u202e"}
+    assert visible("a\x1b[2J\u202eb\udcff") == "a<U+001B>[2J<U+202E>b<U+DCFF>"
+    assert visible("Büro, α-opic 視") == "Büro, α-opic 視"
+
+
+@pytest.mark.parametrize("text", ['=HYPERLINK("http://x")', "+1+1", "-2+3", "@SUM(A1)", "\t=1", "\r=1"])
+def test_a_formula_is_quoted_in_a_table(text):
+    assert not cell(text).startswith(("=", "+", "-", "@", "\t", "\r"))
+    assert cell("-0.5") == "-0.5"
+    assert cell(-0.5) == -0.5
+    assert cell("floor = left") == "floor = left"
+
+
+def test_a_formula_in_a_name_is_quoted_on_stdout(folder, here):
+    (folder / "formula.toml").write_text(BASE.replace('"p"', '"=1+1"'))
+    done = here("photometer", "formula.toml", "--accuracy", "20%", "--format", "csv", "--quiet", cwd=folder)
+    assert "'=1+1" in done.stdout
+
+
+def test_a_long_value_is_quoted_in_part():
+    assert len(quoted("x" * 10_000)) < LONGEST_SHOWN
+    assert "too large to show" in quoted(1 << 40_000)
+
+
+@pytest.mark.parametrize("kind", MAX_BYTES)
+def test_sparse_giants_pipes_and_devices_are_refused_before_they_are_read(tmp_path, kind):
+    giant = tmp_path / "giant"
+    with giant.open("wb") as file:
+        file.truncate(1 << 41)
+    os.mkfifo(tmp_path / "pipe")
+    for path, said in ((giant, "may have at most"), (tmp_path / "pipe", "is a pipe"),
+                       (Path("/dev/zero"), "a device"), (tmp_path, "is a folder"),
+                       (tmp_path / ("x" * 300), "cannot be read"), (tmp_path / "a\0b", "cannot be read"),
+                       (tmp_path / "none", "there is no file")):
+        with pytest.raises(InputError, match=said):
+            read_input(path, kind, "here")
+
+
+REFERENCES = ('materials.g]\nspectrum = "{}"', 'materials.g]\nreflectance = 0.5\n[[objects]]\nname = "o"\n'
+              'position = [1, 1, 0]\nmaterial = "g"\nmesh = "{}"')
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".spdx", ".obj", ".glb", ".ply", ".stl", ".ies", ".ldt"])
+def test_a_scene_that_names_a_pipe_does_not_wait(tmp_path, suffix):
+    os.mkfifo(tmp_path / f"pipe{suffix}")
+    lamp = BASE.replace('shape = "point"', f'shape = "ies"\nfile = "pipe{suffix}"')
+    spectral = BASE.replace("materials.g]\nreflectance = 0.5", REFERENCES[0].format(f"pipe{suffix}"))
+    mesh = BASE.replace("materials.g]\nreflectance = 0.5", REFERENCES[1].format(f"pipe{suffix}"))
+    text = {".ies": lamp, ".ldt": lamp, ".csv": spectral, ".spdx": spectral}.get(suffix, mesh)
+    (tmp_path / "scene.toml").write_text(text)
+    with pytest.raises(InputError, match="pipe"):
+        load(tmp_path / "scene.toml")
+
+
+SECRET = "BEGIN PRIVATE KEY 93af77c1"
+SPECTRUM = "wavelength_nm,reflectance\n400,0.5\n700,0.5\n"
+
+
+def carried(scene, outside=False) -> str:
+    return json.dumps(scene_files(scene, outside))
+
+
+def test_a_report_carries_no_file_that_the_scene_only_names(tmp_path):
+    """The title, a material, a name, a CIE illuminant: each equals the name of a planted file."""
+    for name in ("id_rsa", "D65", "T", "p", "g"):
+        (tmp_path / name).write_text(SECRET)
+    lamp = 'name = "id_rsa"\nspectrum = "D65"\nflux = 1000'
+    (tmp_path / "scene.toml").write_text(BASE.replace("flux = 1000", lamp))
+    scene = load(tmp_path / "scene.toml")
+    assert [file.path.name for file in scene.opened] == ["scene.toml"]
+    assert SECRET not in carried(scene)
+
+
+def test_files_outside_the_scenes_folder_are_named_and_not_carried(tmp_path):
+    folder = tmp_path / "project"
+    folder.mkdir()
+    (tmp_path / "outside.csv").write_text(f"# {SECRET}\n{SPECTRUM}")
+    (folder / "inside.csv").write_text(SPECTRUM)
+    (folder / "link.csv").symlink_to(tmp_path / "outside.csv")
+    for name in ("../outside.csv", str(tmp_path / "outside.csv"), "link.csv"):
+        (folder / "scene.toml").write_text(BASE.replace("reflectance = 0.5", f'spectrum = "{name}"'))
+        scene = load(folder / "scene.toml")
+        assert SECRET not in carried(scene)
+        assert "outside.csv" in carried(scene) or "link.csv" in carried(scene)
+        assert SECRET in carried(scene, outside=True)
+    (folder / "scene.toml").write_text(BASE.replace("reflectance = 0.5", 'spectrum = "inside.csv"'))
+    assert [file["text"] for file in scene_files(load(folder / "scene.toml"))][1] == SPECTRUM
+
+
+def test_a_file_that_changed_since_it_was_read_is_not_carried(tmp_path):
+    (tmp_path / "a.csv").write_text(SPECTRUM)
+    (tmp_path / "scene.toml").write_text(BASE.replace("reflectance = 0.5", 'spectrum = "a.csv"'))
+    scene = load(tmp_path / "scene.toml")
+    (tmp_path / "a.csv").write_text(SECRET)
+    assert SECRET not in carried(scene)
+
+
+def test_the_page_of_a_report_carries_no_secret(folder, here):
+    (folder / "project").mkdir()
+    (folder / "id_rsa.csv").write_text(f"# {SECRET}\n{SPECTRUM}")
+    text = (BASE + CAMERA).replace("reflectance = 0.5", 'spectrum = "../id_rsa.csv"')
+    (folder / "project" / "scene.toml").write_text(text)
+    for options, carries in (((), False), (("--embed-outside",), True)):
+        done = here("report", "project/scene.toml", "--accuracy", "20%", "--quiet", *options, cwd=folder)
+        assert done.returncode == 0, done.stderr
+        page = (folder / "outputs" / "report.html").read_text()
+        assert (SECRET in page) == carries
+        assert "id_rsa.csv" in page
+
+
+def shell(folder, line: str, **environment):
+    command = f"{sys.executable} -m renderer photometer base.toml --accuracy 20% --quiet {line}"
+    return subprocess.run(["bash", "-c", command], cwd=folder, capture_output=True, text=True, timeout=100,
+                          env={**os.environ, **environment})
+
+
+def test_closed_and_full_streams(folder):
+    refused(shell(folder, ">&-"), "standard output is closed", code=1)
+    done = shell(folder, "2>&-")
+    assert done.returncode == 0
+    assert "p" in done.stdout
+    assert shell(folder, ">&- 2>&- <&-").returncode == 1
+    refused(shell(folder, "> /dev/full"), "No space left", code=1)
+    assert shell(folder, "--bands 32 2> /dev/full").returncode == 2
+
+
+@pytest.mark.parametrize("cores", ["0", "-1", "1.5", "", "9" * 30, "½", "٣"])
+def test_a_wrong_number_of_cores_is_one_sentence(monkeypatch, cores):
+    monkeypatch.setenv("RENDERER_CORES", cores)
+    with pytest.raises(InputError, match=r"RENDERER_CORES is .* 1 to 4096"):
+        threads._cores()
+
+
+def test_a_wrong_number_of_cores_ends_a_command_with_one_sentence(folder):
+    refused(shell(folder, "", RENDERER_CORES="abc"), "RENDERER_CORES", "1 to 4096")
+
+
+def _limited():
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+
+def test_a_disk_that_takes_no_more_is_one_sentence_and_no_partial_file(folder, run):
+    """A limit on the size of files stands for a full disk: the same calls fail, with EFBIG for ENOSPC."""
+    done = run("render", "room.toml", "--accuracy", "20%", "--quiet", "--no-cache", cwd=folder,
+               preexec_fn=_limited)
+    refused(done, "cannot be written (File too large)", code=1)
+    left = {path.name for path in (folder / "outputs").iterdir()}
+    assert left <= {"room_31.png", "room_31_luminance.exr"}  # those that fit, whole
+
+
+def test_names_that_are_not_utf_8_work(folder, here):
+    name = os.fsdecode(b"n\xff.toml")
+    (folder / name).write_text(BASE + CAMERA)
+    for command in ("report", "compare", "render", "photometer"):
+        done = here(command, name, "--accuracy", "20%", "--quiet", cwd=folder)
+        assert done.returncode == 0, done.stderr
+        assert "\udcff" not in done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_at_any_moment_is_at_most_one_sentence(folder, how):
+    """From the first instruction to the last, imports included; 40 moments over a whole run."""
+    command = [sys.executable, "-m", "renderer", "photometer", "room.toml", "--accuracy", "20%", "--quiet"]
+    started = time.monotonic()
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    whole = time.monotonic() - started
+    begins = 0.08 * whole  # before that it is Python's own start, which nothing here can speak for
+    for k in range(40):
+        process = subprocess.Popen(command, cwd=folder, text=True, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE)
+        time.sleep(begins + whole * k / 40)
+        process.send_signal(how)
+        _, said = process.communicate(timeout=60)
+        assert "Traceback" not in said, said
+        assert said.count("\n") <= 1, said
+        assert process.returncode in (0, 1, 128 + how, -how), said
+
+
+def test_parts_left_by_a_killed_run_are_swept_up(tmp_path):
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    left = tmp_path / f".0123abcd.{dead.pid}.part.png"
+    mine, other = tmp_path / f".0123abcd.{os.getpid()}.part.png", tmp_path / ".part.of.something"
+    for path in (left, mine, other):
+        path.touch()
+    output_folder(tmp_path)
+    assert not left.exists()
+    assert mine.exists()
+    assert other.exists()
+
+
+def test_a_file_with_a_name_as_long_as_names_may_be_is_written(tmp_path):
+    path = tmp_path / ("x" * 251 + ".csv")
+    with whole_file(path) as part:
+        part.write_text("whole")
+    assert path.read_text() == "whole"
+
+
+def test_silent_and_wrong_schedulers_are_one_sentence(monkeypatch):
+    pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
+    from renderer.studies import cluster
+
+    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        silent.listen()
+        at = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        for address in (at, at.replace("tcp", "ws"), "tls://127.0.0.1:9", "ucx://127.0.0.1:9",
+                        "http://127.0.0.1:9", "", "tcp://127.0.0.1:abc", "x" * 5000, "\x1b[2J"):
+            with pytest.raises(InputError, match="where no scheduler answers") as error:
+                cluster.refuse_silence(address)
+            assert len(str(error.value)) < 800
+
+
+def test_a_cluster_without_workers_is_given_up_in_time(monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
+    from renderer.errors import SolveError
+    from renderer.studies import cluster
+
+    assert cluster.SECONDS_WITHOUT_WORKER < 30
+    monkeypatch.setattr(cluster, "SECONDS_WITHOUT_WORKER", 1.0)
+    with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty, \
+            distributed.Client(empty.scheduler_address) as client, \
+            pytest.raises(SolveError, match="has had no worker for"):
+        list(cluster.as_done([client.submit(abs, -1)], client))
+
+
+@pytest.mark.parametrize("place", ["photometers", "observers", "spot_meters", "camera", "luminaires"])
+def test_what_is_inside_an_object_is_said_before_the_work(tmp_path, place):
+    text = BASE + ('[[objects]]\nshape = "sphere"\nsize = [1, 1, 1]\nposition = [0.7, 0.7, 0.1]\n'
+                   'material = "g"\n')
+    inside = "position = [1.2, 1.2, 0.5]\n"
+    text += {"photometers": f"[[photometers]]\n{inside}",
+             "camera": f"[camera]\n{inside}look_at = [2, 2, 1]\n",
+             "luminaires": '[[luminaires]]\nshape = "point"\ncenter = [1.2, 1.2, 0.5]\nflux = 1\n'}.get(
+        place, f"[[{place}]]\n{inside}look_at = [2, 2, 1]\n")
+    (tmp_path / "scene.toml").write_text(text)
+    with pytest.raises(InputError, match="inside 'object'"):
+        load(tmp_path / "scene.toml")
+
+
+def test_toml_takes_the_integers_that_toml_has():
+    assert parse_toml(b"a = 9223372036854775807", "here") == {"a": 2**63 - 1}
+    with pytest.raises(InputError, match="64 bits"):
+        parse_toml(b"a = 9223372036854775808", "here")
+
+
+def test_the_largest_room_that_is_allowed_warns_of_nothing(tmp_path, recwarn):
+    from renderer.solving.solution import solve
+
+    text = BASE.replace("[4, 4, 3]", "[1e9, 1e9, 1e9]").replace("[2, 2, 2.5]", "[5e8, 5e8, 5e8]")
+    (tmp_path / "huge.toml").write_text(text.replace("[2, 2, 0]", "[5e8, 5e8, 0]"))
+    solve(load(tmp_path / "huge.toml"), "rgb", 0.2).photometers()
+    assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]
