@@ -9,23 +9,46 @@ from cyclopts import Parameter
 from renderer.cli.terminal import show, tell
 from renderer.system.text import visible
 
+MAX_LISTED = 40
+"""Rooms, files or omissions that are listed on screen."""
 
-def new(file: str | None = None, *, out: Path = Path()) -> None:
+
+def new(file: str | None = None, *, room: str | None = None, out: Path = Path()) -> None:
     """A scene file to edit: a small office with comments, or what another program's file holds.
 
     Parameters
     ----------
     file
-        A file to take rooms, furniture and lamps from; else the office.
+        IFC, HBJSON, gbXML, Radiance, OBJ, glTF or another mesh to take a room from; else the office.
+    room
+        Name of the room to take, where FILE has several.
     out
         Folder for the scene file.
     """
     from renderer.studies.new_scene import new_scene
     from renderer.system.files import output_folder
 
-    scene, *others = new_scene(None if file is None else Path(file), output_folder(out))
-    tell(f"{scene} is written" + "".join(f", and {path.name}" for path in others) + ".")
+    written = new_scene(None if file is None else Path(file), output_folder(out), room)
+    scene, *others = written.files
+    for line in _what_was_taken(written):
+        tell(visible(line))
+    tell(f"{scene} is written" + "".join(f", and {path.name}" for path in others[-MAX_LISTED:]) + ".")
     tell(f"Next: renderer photometer {scene}; renderer report {scene}; renderer keys explains every line.")
+
+
+def _what_was_taken(written) -> list[str]:
+    """Lines on the room of another program's file, and on what was not carried over."""
+    lines = [f"{note}." for note in written.notes]
+    others = [name for name in written.rooms if name != written.room]
+    if others:
+        lines.append(f"Room {written.room!r} is taken; also in the file, for --room: "
+                     + ", ".join(map(repr, others[:MAX_LISTED]))
+                     + (f" and {len(others) - MAX_LISTED} more." if len(others) > MAX_LISTED else "."))
+    if written.not_carried:
+        lines += ["Not carried over:", *(f"  {each}" for each in written.not_carried[:MAX_LISTED])]
+        if len(written.not_carried) > MAX_LISTED:
+            lines.append(f"  and {len(written.not_carried) - MAX_LISTED} more")
+    return lines
 
 
 def keys(key: str | None = None, *, schema: Annotated[bool, Parameter(negative="")] = False,

@@ -5,7 +5,8 @@ import shutil
 from pathlib import Path
 
 from renderer.errors import InputError
-from renderer.scene.imports import IMPORTERS
+from renderer.scene.imports.draft import Written
+from renderer.scene.imports.formats import import_file
 from renderer.scene.keys import schema
 from renderer.system.files import whole_file
 
@@ -14,25 +15,24 @@ SCHEMA = "scene.schema.json"
 """What the template's first line names for editors."""
 
 
-def new_scene(source: Path | None, folder: Path) -> list[Path]:
-    """Write a scene file, and the schema beside it. Returns the files, the scene's first.
+def new_scene(source: Path | None, folder: Path, room: str | None = None) -> Written:
+    """Write a scene file, and the schema beside it. Raises InputError where the file cannot be imported, or
+    where the scene file is there already.
 
-    source : a file to import; None for the office. Raises InputError where it cannot be imported, or where
-    the scene file is there already.
+    source : a file to import; None for the office; room : the one to take of a file of several
     """
     target = folder / (TEMPLATE.name if source is None else f"{source.stem}.toml")
     if target.exists():
         raise InputError(f"{target} is there already. Edit it, move it away, or give another --out.")
     if source is None:
+        if room is not None:
+            raise InputError(f"--room is {room!r}; only a FILE has rooms to choose from. Leave it out.")
         with whole_file(target) as part:
             shutil.copyfile(TEMPLATE, part)
-        files = [target]
+        written = Written([target])
     else:
-        importer = IMPORTERS.get(source.suffix.lower())
-        if importer is None:
-            known = ", ".join(sorted(IMPORTERS)) or "no file in this version; name a mesh in a scene file"
-            raise InputError(f"FILE is {str(source)!r}; a scene can be made of: {known}.")
-        files = importer(source, target)
+        written = import_file(source, target, room)
     with whole_file(folder / SCHEMA) as part:
         part.write_text(json.dumps(schema(), indent=1, ensure_ascii=False), encoding="utf-8")
-    return [*files, folder / SCHEMA]
+    written.files.append(folder / SCHEMA)
+    return written

@@ -1,13 +1,6 @@
 """Files of other programs that `renderer new FILE` makes a scene file of.
 
-An importer takes the file and the path of the scene file to write, and returns the files that it wrote, the
-scene file first. A new format is one module here and one line in IMPORTERS.
+A reader (`formats.READERS`, by the file's suffix) takes a file and gives what it holds as `record.Imported`:
+rooms, furniture, lamps, finishes, and what was left out. `write` makes a scene file of that. A new format is
+one module here and one line in `formats`.
 """
-
-from collections.abc import Callable
-from pathlib import Path
-
-Importer = Callable[[Path, Path], list[Path]]
-
-IMPORTERS: dict[str, Importer] = {}
-"""By the file's suffix in small letters, as ".ifc"."""

@@ -34,6 +34,13 @@ class Draft:
     def folder(self) -> Path:
         return self.target.with_name(f"{self.target.stem}_parts")
 
+    def remove(self, mesh: str | None) -> None:
+        """Remove a mesh that the scene does not take after all."""
+        if mesh is not None:
+            path = self.target.parent / mesh
+            path.unlink(missing_ok=True)
+            self.written.files.remove(path)
+
     def remove_parts(self) -> None:
         """Remove the meshes and photometric files that were written."""
         for path in self.written.files:

@@ -8,6 +8,7 @@ from renderer.scene.imports import gbxml, hbjson, ifc, models, radiance
 from renderer.scene.imports.draft import Written
 from renderer.scene.imports.record import Imported, NotImported
 from renderer.scene.imports.write import write_scene
+from renderer.system.input_files import read_input
 
 READERS: dict[str, Callable[[Path, bytes], Imported]] = {
     ".ifc": ifc.read_ifc, ".hbjson": hbjson.read_hbjson, ".json": hbjson.read_hbjson,
@@ -28,7 +29,7 @@ def import_file(source: Path, target: Path, room: str | None = None) -> Written:
     if reader is None:
         raise InputError(f"FILE is {str(source)!r}; must be {KNOWN}. Export it as one of these.")
     try:
-        found = reader(source, source.read_bytes())
+        found = reader(source, read_input(source, "model", "FILE"))
     except NotImported as fault:
         raise InputError(f"FILE: {source.name} {fault}.") from None
     return write_scene(found, target, room)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import shapely
-import trimesh
 
 from renderer.scene.imports.record import Face, Space
 
@@ -36,6 +35,8 @@ def _section(wall: np.ndarray, height: float) -> shapely.Geometry:
     """What of a wall (k, 3, 3) is solid at a height [m], in plan: its outlines, hollows left out."""
     if wall[..., 2].min() >= height or wall[..., 2].max() <= height:
         return shapely.Polygon()
+    import trimesh  # takes a second; most files have spaces
+
     mesh = trimesh.Trimesh(wall.reshape(-1, 3), np.arange(3 * len(wall)).reshape(-1, 3), process=True)
     lines = np.round(trimesh.intersections.mesh_plane(mesh, [0, 0, 1], [0, 0, height])[:, :, :2], 4)
     lines = lines[(lines[:, 0] != lines[:, 1]).any(axis=1)]

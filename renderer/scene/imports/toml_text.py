@@ -32,8 +32,8 @@ def value(item: object) -> str:
 
 
 def number(x: float) -> str:
-    """A length or the like to 1e-6, as TOML writes floats; a small one to six digits."""
-    x = float(x)
+    """A length or the like to 1e-6, as TOML writes floats; a small one to six digits, below 1e-9 none."""
+    x = float(x) if abs(x) > 1e-9 else 0.0
     text = repr(round(x, 6) + 0.0 if abs(x) >= 1e-3 or x == 0 else float(f"{x:.6g}"))
     return text if math.isfinite(x) else "0.0"
 

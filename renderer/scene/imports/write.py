@@ -22,6 +22,9 @@ MOST_TRIED = 5
 """Rooms that are tried, where none is asked for and one makes no scene."""
 MOST_DROPPED = 200
 """Objects and luminaires that the scene may refuse before the import is given up."""
+REFUSED = re.compile(r": (objects|luminaires|photometers|photometer_grids|camera)(?:\[(\d+)\])?(.*)",
+                     re.DOTALL)
+"""What of a scene a message refuses."""
 SHOWN = 40
 """Lines of what was not carried over that a scene file lists."""
 
@@ -104,51 +107,61 @@ def _room(draft: Draft, faces: list[Face], title: str) -> tuple[dict, Room]:
 def _read(draft: Draft, title: str) -> tuple[dict, Room]:
     room_table = _room_table(draft)
     with whole_file(draft.target) as part:
-        part.write_text(_text(draft, title, room_table, [], [], {}), encoding="utf-8")
+        part.write_text(_text(draft, title, room_table, {}), encoding="utf-8")
     return room_table, load(draft.target).room
 
 
 def _settled(draft: Draft, title: str, room_table: dict, objects: list[dict], lamps: list[dict],
              room: Room) -> None:
-    """Write the scene; what it refuses of objects and luminaires is left out, and listed."""
-    parts = {"objects": objects, "luminaires": lamps, "photometer_grids": [places.grid(room)]}
+    """Write the scene; what it refuses of what was read is left out, and listed."""
+    boxes = np.array([_extent_of(entry, draft) for entry in objects]).reshape(-1, 2, 3)
+    spot, apart = places.middle(draft.shape, room)
+    camera = places.camera(room, boxes)
+    parts = {"luminaires": lamps, "objects": objects, "photometers": _meter(spot, room, boxes),
+             "photometer_grids": [places.grid(room)], "camera": [camera] if camera else []}
     for _ in range(MOST_DROPPED):
-        extra = _extra(draft, parts, room)
-        text = _text(draft, title, room_table, parts["objects"], parts["luminaires"], extra)
+        parts["luminaires"] = parts["luminaires"] or [_panel(spot, apart)]
         with whole_file(draft.target) as part:
-            part.write_text(text, encoding="utf-8")
+            part.write_text(_text(draft, title, room_table, parts), encoding="utf-8")
         try:
             load(draft.target)
         except InputError as fault:
-            said = re.match(r".*?: (objects|luminaires|photometer_grids)\[(\d+)\](.*)", str(fault), re.DOTALL)
+            said = REFUSED.search(str(fault))
             if said is None or not parts[said[1]]:
                 draft.target.unlink()
                 raise
-            gone = parts[said[1]].pop(int(said[2]))
-            why = said[3].lstrip(".: ").removeprefix(repr(gone["name"])).strip()
-            draft.written.not_carried.append(f"{gone['name']!r}: {why}")
+            _leave_out(draft, parts, said)
         else:
             break
     draft.written.files.insert(0, draft.target)
 
 
-def _extra(draft: Draft, parts: dict, room: Room) -> dict:
-    """What every scene needs, by its tables: meters, a camera, a panel where there is no lamp."""
-    boxes = np.array([_extent_of(entry, draft) for entry in parts["objects"]]).reshape(-1, 2, 3)
-    spot, apart = places.middle(draft.shape, room)
-    extra = {"photometer_grids": parts["photometer_grids"], "camera": places.camera(room, boxes)}
-    if not parts["luminaires"]:
-        side = min(places.PANEL, apart)
-        extra["luminaires"] = [{"name": "panel", "shape": "rectangle", "center": list(spot),
-                                "normal": [0.0, 0.0, -1.0], "size": [side, side], "flux": 4000.0,
-                                "remark": "the file has no luminaire in this room: put yours here"}]
+def _leave_out(draft: Draft, parts: dict, said: re.Match) -> None:
+    """Take out of the scene what a message refuses; of what was read it is listed."""
+    gone = parts[said[1]].pop(int(said[2] or 0))
+    if said[1] in ("objects", "luminaires"):
+        draft.remove(gone.get("mesh"))
+        why = said[3].lstrip(".: ").removeprefix(repr(gone["name"])).strip()
+        draft.written.not_carried.append(f"{gone['name']!r}: {why}")
+
+
+def _meter(spot: np.ndarray, room: Room, boxes: np.ndarray) -> list[dict]:
+    """A meter on the working plane under a place (3,), or near it where that is in a thing's extent."""
     meter = np.array([*spot[:2], places.height_of_plane(room)])
     if not places.is_inside(meter, room)[0] or places.in_boxes(meter[None], boxes)[0]:
         free = places.free_places(room, boxes, meter[2])
-        meter = free[np.linalg.norm(free - meter, axis=1).argmin()] if len(free) else None
-    if meter is not None:
-        extra["photometers"] = [{"name": "middle", "position": list(meter)}]
-    return extra
+        if not len(free):
+            return []
+        meter = free[np.linalg.norm(free - meter, axis=1).argmin()]
+    return [{"name": "middle", "position": list(meter)}]
+
+
+def _panel(spot: np.ndarray, apart: float) -> dict:
+    """A luminaire for a room without one."""
+    side = min(places.PANEL, apart)
+    return {"name": "panel", "shape": "rectangle", "center": list(spot), "normal": [0.0, 0.0, -1.0],
+            "size": [side, side], "flux": 4000.0,
+            "remark": "the file has no luminaire in this room: put yours here"}
 
 
 def _extent_of(entry: dict, draft: Draft) -> np.ndarray:
@@ -161,8 +174,7 @@ def _extent_of(entry: dict, draft: Draft) -> np.ndarray:
     return np.array([points.min(axis=0), points.max(axis=0)])
 
 
-def _text(draft: Draft, title: str, room_table: dict, objects: list[dict], lamps: list[dict],
-          extra: dict) -> str:
+def _text(draft: Draft, title: str, room_table: dict, parts: dict[str, list[dict]]) -> str:
     written, shift = draft.written, draft.shape.turn
     lines = [f"# {clean(note, 300)}." for note in written.notes]
     origin = -shift[:3, :3].T @ shift[:3, 3]
@@ -176,19 +188,17 @@ def _text(draft: Draft, title: str, room_table: dict, objects: list[dict], lamps
     own = room_table.get("surfaces")
     used = {name for key, name in room_table.items() if key in ("floor", "ceiling") or key.startswith("wall")}
     used |= set((own or {}).values()) | {face.finish for face in draft.shape.faces}
-    used |= {name for entry in objects for name in (entry["material"], *(entry.get("materials") or ()))}
+    for entry in parts.get("objects", ()):
+        used |= {entry["material"], *(entry.get("materials") or ())}
     text = "\n".join(lines) + f"\n\n{table('', {'title': clean(title) or 'Room'}).lstrip()}\n"
     text += table("[room]", {key: item for key, item in room_table.items() if key != "surfaces"})
     text += table("[room.surfaces]", own) if own else ""
     text += "\n" + "".join(_material(draft.finishes[name]) for name in sorted(used - {None}))
-    for name, entries in (("luminaires", [*lamps, *extra.get("luminaires", [])]), ("objects", objects),
-                          ("photometers", extra.get("photometers", [])),
-                          ("photometer_grids", extra.get("photometer_grids", []))):
+    for name, entries in parts.items():
         for entry in entries:
             values = {key: item for key, item in entry.items() if key != "remark"}
-            text += "\n" + table(f"[[{name}]]", values, entry.get("remark", ""))
-    if extra.get("camera"):
-        text += "\n" + table("[camera]", extra["camera"])
+            head = "[camera]" if name == "camera" else f"[[{name}]]"
+            text += "\n" + table(head, values, entry.get("remark", ""))
     return text
 
 
