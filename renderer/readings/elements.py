@@ -13,7 +13,7 @@ from renderer.radiometry.polygons import exchanged
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.transport.direct.direct import unoccluded
 from renderer.transport.mesh.mesh import Mesh
-from renderer.transport.rays.sampling import Nets
+from renderer.transport.rays.sampling import Nets, Stream
 from renderer.transport.sensors import Spread, direct_on
 from renderer.transport.transport import Transport
 
@@ -120,11 +120,11 @@ def _places(transport: Transport, patch: np.ndarray, corners: np.ndarray, seen: 
     """Where shadow rays start (k, parts, 2), as s and t: all over what is seen whole, and of the rest where a
     ray from the meter came, one drawn by what it brings."""
     parts, mesh = len(seen.share), transport.mesh
-    square = Nets(parts, 2, (transport.seed, 10, 0)).draw(0, len(patch))
+    square = Nets(parts, 2, (transport.seed, Stream.PLACES_ON_ELEMENTS, 0)).draw(0, len(patch))
     places = np.stack(mesh.within(patch, corners, square), axis=-1)
     partly = np.flatnonzero(seen.row >= 0)
     past = seen.past[seen.row[partly]]
-    lot = np.random.default_rng((transport.seed, 11)).random((len(partly), parts, 1))
+    lot = np.random.default_rng((transport.seed, Stream.PLACES_SEEN)).random((len(partly), parts, 1))
     past = np.where(past.any(axis=2, keepdims=True), past, past.mean(axis=1, keepdims=True))
     upto = past.cumsum(axis=2)
     drawn = (upto <= lot * upto[..., -1:]).sum(axis=2).clip(max=past.shape[2] - 1)

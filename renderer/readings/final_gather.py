@@ -17,7 +17,7 @@ from renderer.transport.direct.direct import direct_at
 from renderer.transport.direct.lamp_samples import draw_table, lamp_faces, next_event
 from renderer.transport.factors.contour import frames
 from renderer.transport.factors.exchange import rows
-from renderer.transport.rays.sampling import Nets, cosine_directions
+from renderer.transport.rays.sampling import Nets, Stream, cosine_directions
 from renderer.transport.transport import Transport
 
 REPLICAS = 16
@@ -88,7 +88,7 @@ class Gather:
 def gather(transport: Transport, spots: list[Spot], paths: int, round_: int = 0, steps: int = 1) -> Gather:
     """Follow paths from meters: so many, a power of 2, in each of REPLICAS independent nets, each met `steps`
     times before it brings the solved radiosity. round_ : paths of each are drawn anew."""
-    path = _Paths(transport, paths, (transport.seed, 11, round_), steps)
+    path = _Paths(transport, paths, (transport.seed, Stream.PATHS, round_), steps)
     n, shape = len(spots), (len(spots), REPLICAS * paths)
     surfaces, lamps = (np.zeros((steps, *shape), dtype=np.int32) for _ in range(2))
     weights, last = np.zeros((steps, *shape), dtype=np.float32), np.full(shape, -1, dtype=np.int32)
@@ -150,7 +150,8 @@ def straight(transport: Transport, spots: list[Spot], rays: int, round_: int) ->
     position, normal, origin = (np.array([getattr(spot, name) for spot in spots])
                                 for name in ("position", "normal", "origin"))
     return direct_at(position, normal, transport.luminaires, transport.ray_scene,
-                     (transport.seed, 12, round_), rays, origins=origin, parts=REPLICAS)
+                     (transport.seed, Stream.DIRECT_BESIDE_PATHS, round_), rays, origins=origin,
+                     parts=REPLICAS)
 
 
 def _collected(transport: Transport, surfaces, lamps, weights, last, paths: int, straight_) -> Gather:

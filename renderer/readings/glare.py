@@ -8,7 +8,7 @@ from renderer.errors import InputError
 from renderer.readings.uncertainty import Figure, half_width
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.room import spelt
-from renderer.transport.rays.sampling import REPLICAS, Nets
+from renderer.transport.rays.sampling import REPLICAS, Nets, Stream
 from renderer.transport.transport import Transport
 
 POINTS = 64
@@ -115,7 +115,8 @@ def _parts(transport: Transport, lum: Luminaire, lumens: float, index: int, eye:
            direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Luminance toward the eye [cd/m²], solid angle [sr], 0 where hidden, and position index of points all
     over a luminaire, in independent parts (REPLICAS, POINTS)."""
-    square = Nets(POINTS, 2, (transport.seed, 8, index), REPLICAS).draw(0, 1).reshape(REPLICAS, POINTS, 2)
+    nets = Nets(POINTS, 2, (transport.seed, Stream.GLARE, index), REPLICAS)
+    square = nets.draw(0, 1).reshape(REPLICAS, POINTS, 2)
     points = lum.spread(square)
     sight = points - eye
     distance = np.linalg.norm(sight, axis=-1)

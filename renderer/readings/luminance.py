@@ -6,7 +6,7 @@ from renderer.errors import InputError
 from renderer.readings.photometer import READING_RAYS, Meter, off_surfaces, refuse_inside, refuse_outside
 from renderer.scene.room import spelt
 from renderer.transport.factors.contour import frames
-from renderer.transport.rays.sampling import REPLICAS, Nets
+from renderer.transport.rays.sampling import REPLICAS, Nets, Stream
 from renderer.transport.sensors import direct_on, emitted, seen_from, sense
 from renderer.transport.transport import Transport
 
@@ -16,7 +16,8 @@ SIGHT_RAYS, SHADOW_RAYS = 512, 16
 
 def squares(seed: int) -> np.ndarray:
     """Points all over the unit square in independent parts (REPLICAS, SIGHT_RAYS, 2)."""
-    return Nets(SIGHT_RAYS, 2, (seed, 7), REPLICAS).draw(0, 1).reshape(REPLICAS, SIGHT_RAYS, 2)
+    nets = Nets(SIGHT_RAYS, 2, (seed, Stream.SPOT_METER), REPLICAS)
+    return nets.draw(0, 1).reshape(REPLICAS, SIGHT_RAYS, 2)
 
 
 def cone(direction: np.ndarray, angle: float, seed: int) -> np.ndarray:

@@ -13,7 +13,7 @@ from renderer.system.threads import in_threads
 from renderer.transport.direct.direct import direct_at
 from renderer.transport.factors.shafts import may_be_hidden
 from renderer.transport.rays.ray_scene import STAND_OFF
-from renderer.transport.rays.sampling import Nets
+from renderer.transport.rays.sampling import Nets, Stream
 from renderer.transport.sensors import Sensor, sense
 from renderer.transport.transport import Transport
 
@@ -175,7 +175,8 @@ def _direct(transport: Transport, spot: Spot) -> np.ndarray:
     parts, rays = transport.parts, READING_RAYS if transport.parts > 1 else MOST_RAYS
     while True:
         direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.ray_scene,
-                           (transport.seed, 5), rays, origins=spot.origin[None], parts=parts)[:, 0]
+                           (transport.seed, Stream.DIRECT_AT_METER), rays, origins=spot.origin[None],
+                           parts=parts)[:, 0]
         total = direct.sum(axis=1)
         if rays == MOST_RAYS or half_width(total) <= ENOUGH * total.mean():
             return direct
@@ -189,7 +190,7 @@ def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarr
     mesh, ray_scene = transport.mesh, transport.ray_scene
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))
-    nets = Nets(rays, 2, (transport.seed, 6), transport.parts)
+    nets = Nets(rays, 2, (transport.seed, Stream.METER_TO_ELEMENTS), transport.parts)
     places = np.empty((len(doubtful), transport.parts * rays, 2))
     worth, clear = np.empty(places.shape[:2]), np.empty(places.shape[:2], dtype=bool)
 

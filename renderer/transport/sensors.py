@@ -13,6 +13,7 @@ from scipy import sparse
 
 from renderer.system.threads import in_threads
 from renderer.transport.direct.direct import SHADOW_RAYS, direct_at
+from renderer.transport.rays.sampling import Stream
 from renderer.transport.transport import Transport
 
 EYE_RAYS_PER_SLICE = 1 << 14
@@ -78,7 +79,7 @@ def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndar
     bright = transport.reflecting[patch]
     light = np.zeros((parts, len(patch), len(transport.luminaires)))
     patch, s, t = patch[bright], s[bright], t[bright]
-    normals, seeds, more = mesh.normal[patch], (transport.seed, 4, seed), {}
+    normals, seeds, more = mesh.normal[patch], (transport.seed, Stream.DIRECT_ON_ELEMENTS, seed), {}
     if spread is not None:
         more["bare"] = spread.bare[bright]
     if spread is not None and transport.ray_scene is not None:

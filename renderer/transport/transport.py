@@ -41,7 +41,7 @@ from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.mesh.mounting import seated, stand_off
 from renderer.transport.radiosity.replicas import departures, half_samples, independent
 from renderer.transport.rays.ray_scene import RayScene
-from renderer.transport.rays.sampling import REPLICAS
+from renderer.transport.rays.sampling import REPLICAS, Stream
 
 MAX_PATCHES_DENSE = 1000
 """Patches of a mesh for paths alone, of few rays each, up to which its operator may be dense."""
@@ -91,8 +91,9 @@ class Transport:
     @cached_property
     def hits(self) -> np.ndarray:
         """What the rays from each patch meet (n_patches, rays)."""
+        seed = self.seed, Stream.HEMISPHERE_RAYS
         return self.remember("rays", lambda: {"hits": cast(
-            self.mesh, self.ray_scene, self.rays_per_patch, (self.seed, 1), self.elsewhere)})["hits"]
+            self.mesh, self.ray_scene, self.rays_per_patch, seed, self.elsewhere)})["hits"]
 
     @cached_property
     def pair_visibility(self) -> PairVisibility | None:
@@ -102,7 +103,8 @@ class Transport:
             return None
 
         def make() -> Arrays:
-            pair_visibility = probe_pairs(self.mesh, self.ray_scene, self.rays_per_patch, (self.seed, 9))
+            seed = self.seed, Stream.PAIR_RAYS
+            pair_visibility = probe_pairs(self.mesh, self.ray_scene, self.rays_per_patch, seed)
             return {} if pair_visibility is None else pair_visibility.arrays()
 
         arrays = self.remember("sight", make)
@@ -148,7 +150,7 @@ class Transport:
         def make() -> Arrays:
             make_direct = sampled_direct if self.sampled and self.parts > 1 else direct_on_patches
             direct, lost = make_direct(self.mesh, self.exchange, self.luminaires, self.ray_scene,
-                                             (self.seed, 2), self.parts)
+                                      (self.seed, Stream.DIRECT_ON_PATCHES), self.parts)
             return {"direct": direct, "lost": lost}
 
         return self.remember("direct", make)
@@ -226,7 +228,7 @@ class Transport:
                 lifted, normals, mesh)})["factors"], ()
         lifted = self.ray_scene.off(points, normals)
         hits = self.remember(name, lambda: {"hits": look_round(
-            lifted, normals, self.ray_scene, rays, (self.seed, 3))})["hits"]
+            lifted, normals, self.ray_scene, rays, (self.seed, Stream.VERTEX_RAYS))})["hits"]
         return shares(hits, len(mesh.patches)), tuple(
             shares(part, len(mesh.patches)) for part in np.split(hits, REPLICAS, axis=1))
 

@@ -11,7 +11,7 @@ import numpy as np
 from renderer.scene.scene import Scene
 from renderer.transport.direct.direct import direct_at
 from renderer.transport.radiosity.solve import FOR_BARS, radiosity
-from renderer.transport.rays.sampling import Nets, cosine_directions
+from renderer.transport.rays.sampling import Nets, Stream, cosine_directions
 from renderer.transport.transport import Transport, compute_transport
 
 READINGS = ("task", "floor", "eye", "walls")
@@ -55,7 +55,8 @@ def room_gains(scene: Scene, patch_size: float, rays: int, seed: int = 0) -> Roo
         spots = [meter for meter in scene.photometers if meter.name.startswith(name)]
         points = np.array([meter.position for meter in spots])
         normals = np.array([meter.normal for meter in spots], dtype=float)
-        there = direct_at(points, normals, transport.luminaires, transport.ray_scene, (seed, 40)).mean(axis=0)
+        there = direct_at(points, normals, transport.luminaires, transport.ray_scene,
+                          (seed, Stream.STUDY_DIRECT)).mean(axis=0)
         direct.append(float((there @ lumens).mean() / lumens.sum()))
         weights.append(_seen(transport, points, normals, seed).mean(axis=0))
     walls = np.array([name.startswith("wall") for name in scene.surface_names])[transport.mesh.surface]
@@ -68,7 +69,7 @@ def room_gains(scene: Scene, patch_size: float, rays: int, seed: int = 0) -> Roo
 def _seen(transport: Transport, points: np.ndarray, normals: np.ndarray, seed: int) -> np.ndarray:
     """Share of each point's view, by the cosine, that each patch fills (k, n_patches)."""
     eye, n = transport.eye, len(transport.mesh.patches)
-    square = Nets(METER_RAYS, 2, (seed, 41)).draw(0, len(points))
+    square = Nets(METER_RAYS, 2, (seed, Stream.STUDY_VIEW)).draw(0, len(points))
     directions = cosine_directions(square, np.stack([_frame(normal) for normal in normals]))
     origins = np.repeat(eye.off(points, normals), METER_RAYS, axis=0)
     met = eye.first_hit(origins, directions.reshape(-1, 3)).reshape(len(points), METER_RAYS)

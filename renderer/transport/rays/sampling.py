@@ -1,6 +1,7 @@
 """Low-discrepancy points, one independent randomisation for each patch, point or pixel."""
 
 import csv
+from enum import IntEnum
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -10,6 +11,27 @@ BITS, SINGLE = 30, 23
 """Of a coordinate; and in single precision, where a half is added to the last."""
 REPLICAS = 8
 """Independent parts that whatever is sampled is drawn in; how far they differ is the sampling error."""
+
+
+class Stream(IntEnum):
+    """Independent streams of random numbers: the second number of a seed, after the run's own."""
+
+    HEMISPHERE_RAYS = 1
+    DIRECT_ON_PATCHES = 2
+    VERTEX_RAYS = 3
+    DIRECT_ON_ELEMENTS = 4
+    DIRECT_AT_METER = 5
+    METER_TO_ELEMENTS = 6
+    SPOT_METER = 7
+    GLARE = 8
+    PAIR_RAYS = 9
+    PLACES_ON_ELEMENTS = 10
+    PLACES_SEEN = 11
+    PATHS = 11
+    """Shared with PLACES_SEEN: a room is read by elements or by paths, never by both."""
+    DIRECT_BESIDE_PATHS = 12
+    STUDY_DIRECT = 40
+    STUDY_VIEW = 41
 
 
 class Nets:
