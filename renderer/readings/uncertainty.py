@@ -15,6 +15,8 @@ SOLVED = 1e-8
 """Share of a reading that rounding, of factors in single precision, may move it by, unless hardly anything
 absorbs."""
 
+RULE_OF_THREE = 3.0
+
 
 @dataclass(frozen=True)
 class Figure:
@@ -43,13 +45,25 @@ def student(samples: int) -> float:
     return float(stdtrit(samples - 1, 0.975))
 
 
+def rare_half_width(brightest: np.ndarray, unmet: np.ndarray, paths: np.ndarray) -> np.ndarray:
+    """What surfaces that no path met may bring to each meter (n_meters,) [lx], at 95 %.
+
+    brightest : (n_surfaces,) largest exitance on each [lm/m²]; unmet : (n_meters, n_surfaces) whether no path
+    met it; paths : (n_meters,) how many there were
+
+    Of n independent paths none meets a share 3/n of the view with a probability of 5 % (the rule of three:
+    J. A. Hanley & A. Lippman-Hand, JAMA 249(13), 1983, doi:10.1001/jama.1983.03330370053031).
+    """
+    return RULE_OF_THREE / paths * (brightest * unmet).max(axis=1, initial=0.0)
+
+
 def half_width(samples: np.ndarray) -> float:
     """95 % half-width of the mean of independent samples (k,)."""
     return student(len(samples)) * float(samples.std(ddof=1)) / len(samples) ** 0.5
 
 
 def half_widths(meshes: np.ndarray, samples: np.ndarray, steps: tuple[float, ...],
-                quadrature: float = 0.0) -> tuple[float, float]:
+                quadrature: float = 0.0, rare: float = 0.0) -> tuple[float, float]:
     """95 % half-widths [lx] of a reading, by mesh and by sampling, from what the lamps and each surface
     send to it [lx].
 
@@ -57,6 +71,7 @@ def half_widths(meshes: np.ndarray, samples: np.ndarray, steps: tuple[float, ...
     samples : (s, 1 + n_surfaces) independent samples of the first, none where nothing is sampled
     steps : (k,) how many times as long patches are from each mesh to the next, as in `step_shares`
     quadrature : share of the reading that sums over measured luminaires' openings may err by, on any mesh
+    rare : what surfaces that no sample met may bring [lx]
 
     Mesh: how far the reading moves from each mesh to the next; or, if that is more, how far the parts do,
     in quadrature, so that surfaces which cancel by accident are not taken for agreement; and of two such
@@ -68,7 +83,7 @@ def half_widths(meshes: np.ndarray, samples: np.ndarray, steps: tuple[float, ...
     reading = meshes[0].sum()
     mesh = np.hypot(np.sqrt((moved**2).mean()), quadrature * reading)
     sampling = half_width(samples.sum(axis=1)) if len(samples) > 1 else 0.0
-    return float(mesh + ROUNDING * reading), float(sampling)
+    return float(mesh + ROUNDING * reading), float(np.hypot(sampling, rare))
 
 
 def step_shares(steps: tuple[float, ...]) -> np.ndarray:

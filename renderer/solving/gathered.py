@@ -8,7 +8,7 @@ import numpy as np
 from renderer.colour.bands import BandSet, band_set, narrow_bands
 from renderer.readings.final_gather import REPLICAS, Gather, gather
 from renderer.readings.photometer import Spot
-from renderer.readings.uncertainty import band_error, half_widths, student
+from renderer.readings.uncertainty import band_error, half_widths, rare_half_width, student
 from renderer.solving.radiosity_field import RadiosityField, distinct_bands, solve_field
 from renderer.transport.radiosity.agglomerate import Groups, agglomerated
 from renderer.transport.radiosity.solve import FOR_BARS, radiosity
@@ -22,8 +22,13 @@ FEWEST_PATHS, MOST_PATHS = 32, 1 << 15
 """In each replica."""
 SAMPLING_SHARE, MESH_SHARE = 0.8, 0.6
 """Shares of the error asked that sampling and mesh may have: in quadrature they make 1."""
+STOPPED = 1.15
+"""How much wider bars of sampling are than Student's: paths end where these come out narrow by chance."""
 SPARE = 1.2
 """Times as many paths as the bars so far say, since these are uncertain themselves."""
+DARK_PATHS, DARKER = 1 << 10, 8.0
+"""Paths of a replica after which a meter that no light has reached is left dark, with the bar that they tell;
+and times as many that it has in each round before."""
 ROUNDS_OF_PATHS, MAX_ROUNDS, MOST_STEPS = 2, 8, 6
 """Rounds of paths after which meters still wide have paths of one step more; rounds in all; and steps of a
 path at most: each takes the mesh's error down by what surfaces absorb, for a fraction of a finer mesh."""
@@ -83,6 +88,7 @@ class BatchReading:
     meshes : (2, n_meters, 1 + n_surfaces) [lx] by the mesh and by groups of its patches, of which `steps`
         says how much longer they are; samples : (REPLICAS, n_meters, 1 + n_surfaces) [lx]
     these, narrow : (n_meters,) [lx] in the bands read and in narrow ones
+    rare : (n_meters,) [lx] what surfaces that no path met may bring, at 95 %
     """
 
     straight: np.ndarray
@@ -93,10 +99,12 @@ class BatchReading:
     these: np.ndarray
     narrow: np.ndarray
     steps: tuple[float, ...]
+    rare: np.ndarray
 
     def errors(self, quadrature: float) -> np.ndarray:
         """95 % half-widths by mesh and by sampling (n_meters, 2) [lx]; quadrature : as in `half_widths`."""
-        return np.array([half_widths(self.meshes[:, k], self.samples[:, k], self.steps, quadrature)
+        return np.array([half_widths(self.meshes[:, k], self.samples[:, k], self.steps, quadrature,
+                                     self.rare[k])
                          for k in range(len(self.direct))]).reshape(-1, 2)
 
     def band_errors(self) -> list[float]:
@@ -127,9 +135,11 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot
         bars = np.hypot(mesh, sampling)
         if areas:
             asked[values - bars <= (values + bars).min()] = accuracy
-        more = (sampling / np.maximum(SAMPLING_SHARE * asked * values, 1e-300)) ** 2 * (values > 0)
+        lit, looked = values > 0, tally.paths >= DARK_PATHS
+        more = (sampling / np.maximum(SAMPLING_SHARE * asked * values, 1e-100)) ** 2
+        more = np.where(lit, more, np.where((sampling > 0) & ~looked, DARKER, 0.0))
         # What more paths do not narrow is what the mesh's own rays err by.
-        deeper = (mesh > MESH_SHARE * asked * values) | ((more > 1) & (round_ >= ROUNDS_OF_PATHS))
+        deeper = (mesh > MESH_SHARE * asked * values) | (lit & (more > 1) & (round_ >= ROUNDS_OF_PATHS))
         deeper &= steps < MOST_STEPS
         wide = (bars > asked * values) & (deeper | ((more > 1) & (tally.paths < MOST_PATHS)))
         some = np.flatnonzero(wide)
@@ -172,6 +182,9 @@ class _Tally:
 
     def __init__(self, light: RadiosityField, fields: GatherFields, meters: int):
         self.light, self.fields, self.paths = light, fields, np.zeros(meters)
+        self.brightest = np.zeros(len(light.reflectance))
+        sent = fields.rgb.radiosity @ fields.rgb.bands.luminous
+        np.maximum.at(self.brightest, fields.transport.mesh.surface, sent)
         surfaces, (lamps, bands) = 1 + len(light.reflectance), light.flux.shape
         self.sums = [np.zeros(shape) for shape in (
             (meters, lamps), (meters, 2, bands), (2, meters, surfaces), (REPLICAS, meters, surfaces), (2,
@@ -206,6 +219,9 @@ class _Tally:
         """What they read so far."""
         n = self.paths
         straight, own, meshes, samples, bands = self.sums
-        own = own / n[:, None, None]
+        middle = samples.mean(axis=0)
+        spread = middle + STOPPED * (samples - middle)
+        own, unmet = own / n[:, None, None], (samples[:, :, 1:] == 0).all(axis=0)
         return BatchReading(straight / n[:, None], own[:, 0], own[:, 1], meshes / n[:, None],
-                            samples / n[:, None], *(bands / n), (self.fields.groups.longer,))
+                            spread / n[:, None], *(bands / n), (self.fields.groups.longer,),
+                            rare_half_width(self.brightest, unmet, n * REPLICAS))
