@@ -90,6 +90,21 @@ def test_a_light_fixture_takes_the_photometric_file_that_its_properties_name(fol
     assert (tmp_path / lamp["file"]).read_bytes() == (folder / "panel_of_the_maker.ies").read_bytes()
 
 
+def test_a_light_source_of_a_fixture_gives_its_place_flux_and_colour_temperature(folder, tmp_path):
+    shutil.copy(FILES.parent / "photometric" / "first2019.ies", folder / "spot.ies")
+    text = (folder / "room.ifc").read_text().replace("SHAPE($,$,(#64))", "SHAPE($,$,(#64,#90))")
+    (folder / "room.ifc").write_text(text.replace("#80=", """
+#90=IFCSHAPEREPRESENTATION(#10,'Lighting','LightSource',(#91));
+#91=IFCLIGHTSOURCEGONIOMETRIC($,#54,$,$,#92,#54,3500.,2500.,.NOTDEFINED.,#93);
+#92=IFCAXIS2PLACEMENT3D(#94,$,$);
+#93=IFCDOCUMENTREFERENCE('C:/lamps/spot.ies',$,$,$,$);
+#94=IFCCARTESIANPOINT((500.,0.,-500.));
+#80="""))
+    lamp, = table(import_file(folder / "room.ifc", tmp_path / "room.toml"))["luminaires"]
+    assert (lamp["center"], lamp["normal"], lamp["up"]) == ([2.5, 2.0, 2.5], [0, 0, -1], [1, 0, 0])
+    assert (lamp["flux"], lamp["cct"], lamp["shape"]) == (2500.0, 3500.0, "ies")
+
+
 def test_ifc_without_spaces_takes_rooms_from_its_walls(tmp_path):
     # Four walls 0.2 m thick about 4 × 3 m: the room is what they enclose.
     walls = [((-100, -100), (4200, 200)), ((-100, 2900), (4200, 200)), ((-100, 0), (200, 3000)),
@@ -168,6 +183,7 @@ def test_one_of_several_rooms_is_asked_for_by_name(folder, tmp_path):
     ("a.rad", "!xform -a 1000000000 -t 1 0 0 a.rad", "copies"),
     ("a.rad", "!xform a.rad", "does one include itself"),
     ("a.rad", "void plastic red 0 0 5 .7 .1", "faulty primitive"),
+    ("a.rad", "void polygon far 0 0 9 0 0 0 1e300 0 0 0 1 0", "from its origin"),
     ("a.ifc", "ISO-10303-21; nothing", "IFC"),
     ("a.dwg", "", "must be IFC"),
 ])

@@ -3,11 +3,14 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from renderer.errors import InputError
 from renderer.scene.imports import gbxml, hbjson, ifc, models, radiance
 from renderer.scene.imports.draft import Written
 from renderer.scene.imports.record import Imported, NotImported
 from renderer.scene.imports.write import write_scene
+from renderer.scene.model_files.read import FARTHEST
 from renderer.system.input_files import read_input
 
 READERS: dict[str, Callable[[Path, bytes], Imported]] = {
@@ -28,8 +31,24 @@ def import_file(source: Path, target: Path, room: str | None = None) -> Written:
     reader = READERS.get(source.suffix.lower())
     if reader is None:
         raise InputError(f"FILE is {str(source)!r}; must be {KNOWN}. Export it as one of these.")
-    try:
-        found = reader(source, read_input(source, "model", "FILE"))
-    except NotImported as fault:
-        raise InputError(f"FILE: {source.name} {fault}.") from None
-    return write_scene(found, target, room)
+    data = read_input(source, "model", "FILE")
+    with np.errstate(all="ignore"):  # faces without area, which are left out where it matters
+        try:
+            found = reader(source, data)
+            _refuse_far(found)
+        except NotImported as fault:
+            raise InputError(f"FILE: {source.name} {fault}.") from None
+        return write_scene(found, target, room)
+
+
+def _refuse_far(found: Imported) -> None:
+    """Raise NotImported where a corner is no finite place, or is too far away."""
+    faces = [face for _, face in found.faces]
+    faces += [face for each in (*found.spaces, *found.things) for face in each.faces]
+    points = [ring for face in faces for ring in face.rings]
+    points += [thing.ball for thing in found.things if thing.ball is not None]
+    points += [lamp.center for lamp in found.lamps]
+    farthest = max((np.abs(part).max() for part in points), default=0.0)
+    if not farthest <= FARTHEST:
+        raise NotImported(f"reaches {farthest:.3g} m from its origin; at most {FARTHEST:g} m is allowed. "
+                          "Export it nearer, or in its right unit")

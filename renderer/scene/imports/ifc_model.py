@@ -16,7 +16,7 @@ FURNITURE = ("IfcFurnishingElement", "IfcBuildingElementProxy", "IfcColumn", "If
              "IfcSpaceHeater", "IfcPlate")
 """What stands in rooms."""
 LEFT_OUT = ("IfcWindow", "IfcDoor", "IfcOpeningElement", "IfcCurtainWall")
-WALLS = ("IfcWall", "IfcDoor", "IfcWindow", "IfcCurtainWall", "IfcColumn")
+WALLS = ("IfcWall", "IfcDoor", "IfcWindow", "IfcCurtainWall", "IfcPlate", "IfcMember", "IfcColumn")
 
 
 def read_model(path: Path) -> Imported:
@@ -172,7 +172,7 @@ class _Reader:
                  self._shapes(self.of_type("IfcSlab", "IfcRoof", "IfcCovering")) for face in faces]
         self.found.spaces.extend(rooms_of_walls(walls, np.array(slabs).reshape(-1, 3, 3)))
         if self.found.spaces:
-            self.found.notes.append("the file has no spaces: rooms are what its walls enclose in plan")
+            self.found.notes.append("The file has no spaces: rooms are what its walls enclose in plan")
         elif not self.found.things:
             raise NotImported(f"has {spaces} spaces, none with a shape, and no walls that enclose a room; "
                               "export it with its rooms (IfcSpace) as volumes")

@@ -73,7 +73,7 @@ def _furniture(draft: Draft, finish: str) -> str:
     name = assumed("furniture")
     if name not in draft.finishes:
         draft.finishes[name] = Finish(name, DEFAULTS["furniture"])
-        draft.written.notes.append(f"the file gives no reflectance for some furniture: "
+        draft.written.notes.append(f"The file gives no reflectance for some furniture: "
                                    f"{DEFAULTS['furniture']:g} is assumed")
     return name
 
