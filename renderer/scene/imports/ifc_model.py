@@ -10,12 +10,12 @@ from renderer.scene.imports.ifc_plan import rooms_of_walls
 from renderer.scene.imports.record import Face, Finish, Imported, NotImported, Space, Thing
 from renderer.scene.model_files.textures import srgb_decoded
 
-FURNITURE = ("IfcFurnishingElement", "IfcBuildingElementProxy", "IfcColumn", "IfcBeam", "IfcMember",
+FURNITURE = ("IfcFurnishingElement", "IfcBuildingElementProxy", "IfcColumn", "IfcBeam",
              "IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight", "IfcRailing", "IfcSanitaryTerminal",
              "IfcElectricAppliance", "IfcFlowTerminal", "IfcAudioVisualAppliance", "IfcTransportElement",
-             "IfcSpaceHeater", "IfcPlate")
-"""What stands in rooms."""
-LEFT_OUT = ("IfcWindow", "IfcDoor", "IfcOpeningElement", "IfcCurtainWall")
+             "IfcSpaceHeater")
+"""What stands in rooms; plates and members are mostly those of curtain walls, and count as these."""
+LEFT_OUT = ("IfcWindow", "IfcDoor", "IfcOpeningElement", "IfcCurtainWall", "IfcPlate", "IfcMember")
 WALLS = ("IfcWall", "IfcDoor", "IfcWindow", "IfcCurtainWall", "IfcPlate", "IfcMember", "IfcColumn")
 
 
