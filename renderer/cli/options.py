@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from renderer.errors import InputError
+from renderer.system.log import LOG_LEVELS, show_log
 
 
 def _accuracy(_type, tokens) -> float:
@@ -57,10 +58,18 @@ class Solving:
     scheduler: str | None = None
     "Address of a Dask scheduler (pip install 'spectral-radiosity[cluster]') for large work; else the cores."
 
+    log_level: str | None = None
+    "debug, info or warning: each step of the run with its seconds, on stderr; else none is shown."
+
     def checked(self) -> "Solving":
-        """Refuse what the types let through."""
+        """Refuse what the types let through, and show the log asked for."""
         from renderer.colour.bands import BAND_SETS
 
+        if self.log_level is not None:
+            if self.log_level not in LOG_LEVELS:
+                known = ", ".join(LOG_LEVELS)
+                raise InputError(f"--log-level is {self.log_level!r}; must be one of {known}.")
+            show_log(self.log_level)
         if self.bands is not None and self.bands not in BAND_SETS:
             raise InputError(f"--bands is {self.bands!r}; must be one of {', '.join(BAND_SETS)}.")
         return self

@@ -1,6 +1,6 @@
 """What a photometer says of a point."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,6 +20,8 @@ class Reading:
     watts : irradiance in each band (n_bands,) [W m⁻²]; likewise
     mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
     band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
+    by_surface_lx : illuminance by way of each surface (n_surfaces,) [lx], in the order of Scene.surfaces
+    by_surface : the same by band (n_surfaces, n_bands); None of a reading by paths
     rgb_lx : total illuminance in RGB on the same transport [lx], beside 31 bands; else None
     """
 
@@ -34,6 +36,8 @@ class Reading:
     mesh_error: float
     sampling_error: float
     band_error: float
+    by_surface_lx: np.ndarray
+    by_surface: np.ndarray | None = field(default=None, repr=False)
     rgb_lx: float | None = None
 
     def __repr__(self) -> str:

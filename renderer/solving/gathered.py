@@ -84,7 +84,7 @@ class BatchReading:
     """What meters read, one after the other.
 
     straight : (n_meters, n_luminaires) illuminance per lumen straight from each [m⁻²]
-    direct, indirect : (n_meters, n_bands)
+    direct, indirect : (n_meters, n_bands); by_surface_lx : of `indirect` (n_meters, n_surfaces) [lx]
     meshes : (2, n_meters, 1 + n_surfaces) [lx] by the mesh and by groups of its patches, of which `steps`
         says how much longer they are; samples : (REPLICAS, n_meters, 1 + n_surfaces) [lx]
     these, narrow : (n_meters,) [lx] in the bands read and in narrow ones
@@ -94,6 +94,7 @@ class BatchReading:
     straight: np.ndarray
     direct: np.ndarray
     indirect: np.ndarray
+    by_surface_lx: np.ndarray
     meshes: np.ndarray
     samples: np.ndarray
     these: np.ndarray
@@ -173,7 +174,7 @@ def _gathered(transport: Transport, spots: list[Spot], paths: int, round_: int, 
     return transport.meters[key]
 
 
-METER_FIRST = (True, True, False, False, False)
+METER_FIRST = (True, True, True, False, False, False)
 """Of the sums of a tally: whether their first axis is the meters', or else their second."""
 
 
@@ -187,13 +188,14 @@ class _Tally:
         np.maximum.at(self.brightest, fields.transport.mesh.surface, sent)
         surfaces, (lamps, bands) = 1 + len(light.reflectance), light.flux.shape
         self.sums = [np.zeros(shape) for shape in (
-            (meters, lamps), (meters, 2, bands), (2, meters, surfaces), (REPLICAS, meters, surfaces), (2,
-            meters))]
+            (meters, lamps), (meters, 2, bands), (meters, surfaces - 1), (2, meters, surfaces),
+            (REPLICAS, meters, surfaces), (2, meters))]
 
     def add(self, some: np.ndarray, seen: Gather, paths: int) -> None:
         """Add what some meters (k,) saw by so many paths in each replica."""
         light, fields, rgb = self.light, self.fields, self.fields.rgb
         own = seen.mean.read(light.reflectance, light.flux, [light.radiosity])[0]
+        by_surface = own[:, 1:] @ light.bands.luminous
         own = np.stack([own[:, 0], own[:, 1:].sum(axis=1)], axis=1)
         luminous = rgb.bands.luminous
         meshes = [seen.mean.read(rgb.reflectance, rgb.flux, [each])[0] @ luminous
@@ -204,7 +206,7 @@ class _Tally:
             scene = light.scene
             bands.append(seen.mean.read(scene.reflectance(kind), scene.flux(kind), [sent])[0].sum(axis=1)
                          @ kind.luminous)
-        new = seen.mean.straight[0], own, np.array(meshes), samples, np.array(bands)
+        new = seen.mean.straight[0], own, by_surface, np.array(meshes), samples, np.array(bands)
         for total, each, meter_first in zip(self.sums, new, METER_FIRST, strict=True):
             total[some if meter_first else (slice(None), some)] += paths * each
         self.paths[some] += paths
@@ -218,10 +220,11 @@ class _Tally:
     def reading(self) -> BatchReading:
         """What they read so far."""
         n = self.paths
-        straight, own, meshes, samples, bands = self.sums
+        straight, own, by_surface, meshes, samples, bands = self.sums
         middle = samples.mean(axis=0)
         spread = middle + STOPPED * (samples - middle)
         own, unmet = own / n[:, None, None], (samples[:, :, 1:] == 0).all(axis=0)
-        return BatchReading(straight / n[:, None], own[:, 0], own[:, 1], meshes / n[:, None],
+        return BatchReading(straight / n[:, None], own[:, 0], own[:, 1], by_surface / n[:, None],
+                            meshes / n[:, None],
                             spread / n[:, None], *(bands / n), (self.fields.groups.longer,),
                             rare_half_width(self.brightest, unmet, n * REPLICAS))

@@ -9,6 +9,7 @@ from renderer.colour.bands import BandSet
 from renderer.readings.photometer import Meter
 from renderer.scene.scene import Scene
 from renderer.system.lazy import cached_property
+from renderer.system.log import logged
 from renderer.transport.radiosity.solve import ENOUGH, TOLERANCE, radiosity
 from renderer.transport.transport import Transport
 
@@ -150,8 +151,10 @@ def solve_field(
     started = time.perf_counter()
     reflectance, flux = scene.reflectance(bands), scene.flux(bands)
     first, index, scale = distinct_bands(reflectance, flux)
-    light = radiosity(transport.exchange, reflectance[transport.mesh.surface][:, first],
-                      transport.direct @ flux[:, first], tolerance, common_direct_pattern(transport, flux))
+    with logged(f"{scene.title}: interreflections of {len(first)} bands"):
+        light = radiosity(transport.exchange, reflectance[transport.mesh.surface][:, first],
+                          transport.direct @ flux[:, first], tolerance,
+                          common_direct_pattern(transport, flux))
     if len(first) < len(index):
         light = tuple(each[:, index] * scale for each in light)
     return RadiosityField(scene, bands, transport, reflectance, flux, *light, None, len(first),

@@ -19,6 +19,7 @@ from renderer.solving.radiosity_field import RadiosityField, solve_field
 from renderer.solving.transport_store import Progress, TransportStore
 from renderer.system import processes
 from renderer.system.lazy import cached_property
+from renderer.system.log import LOGGER
 from renderer.transport.transport import Transport, refuse_hidden
 
 OPENING_QUADRATURE_ERROR = 4e-4
@@ -52,9 +53,16 @@ class Solution(RadiosityField):
         at = self.meters(position, facing, where)
         meter = at(self)
         direct, indirect = self.read(meter)
-        return Reading(name, position, normal, direct, indirect.sum(axis=0),
-                       *self._power(meter.direct.mean(axis=0), indirect.sum(axis=0)), self.bands,
-                       *self._errors(at), self._rgb_lx(at))
+        return self._logged(Reading(
+            name, position, normal, direct, indirect.sum(axis=0),
+            *self._power(meter.direct.mean(axis=0), indirect.sum(axis=0)), self.bands, *self._errors(at),
+            indirect @ self.bands.luminous, indirect, self._rgb_lx(at)))
+
+    def _logged(self, reading: Reading) -> Reading:
+        LOGGER.debug("%r: direct %.6g lx, by way of %s", reading.name, reading.direct_lx, ", ".join(
+            f"{surface.name} {lx:.6g} lx" for surface, lx in zip(self.scene.surfaces, reading.by_surface_lx,
+                                                                 strict=True)))
+        return reading
 
     def _rgb_lx(self, at: Callable[[RadiosityField], Meter]) -> float | None:
         """The reading in RGB [lx], which the error bar needs anyway; None beside other bands than 31."""
@@ -111,8 +119,9 @@ class Solution(RadiosityField):
         rgb = batch.meshes[0].sum(axis=1).tolist() if self.bands.name == "31" else [None] * len(spots)
         for k, (position, normal, name) in enumerate(spots):
             power, watts = self._power(batch.straight[k], batch.indirect[k])
-            readings.append(Reading(name, position, normal, batch.direct[k], batch.indirect[k], power, watts,
-                                    self.bands, *errors[k], bands[k], rgb[k]))
+            readings.append(self._logged(Reading(
+                name, position, normal, batch.direct[k], batch.indirect[k], power, watts, self.bands,
+                *errors[k], bands[k], batch.by_surface_lx[k], None, rgb[k])))
         return readings
 
     def by_paths(self, meters: int) -> bool:

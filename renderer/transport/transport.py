@@ -17,6 +17,7 @@ from renderer.scene.room import Room
 from renderer.scene.scene import Scene
 from renderer.system.cache import Arrays
 from renderer.system.lazy import cached_property
+from renderer.system.log import logged
 from renderer.transport.direct.direct import direct_on_patches
 from renderer.transport.direct.lamp_samples import sampled_direct
 from renderer.transport.factors.contour import point_factors
@@ -88,11 +89,15 @@ class Transport:
     meters: dict = field(default_factory=dict, repr=False)
     placed: dict = field(default_factory=dict, repr=False)
 
+    def _remembered(self, name: str, make: Callable[[], Arrays]) -> Arrays:
+        with logged(f"{name} of {len(self.mesh.patches)} patches"):
+            return self.remember(name, make)
+
     @cached_property
     def hits(self) -> np.ndarray:
         """What the rays from each patch meet (n_patches, rays)."""
         seed = self.seed, Stream.HEMISPHERE_RAYS
-        return self.remember("rays", lambda: {"hits": cast(
+        return self._remembered("rays", lambda: {"hits": cast(
             self.mesh, self.ray_scene, self.rays_per_patch, seed, self.elsewhere)})["hits"]
 
     @cached_property
@@ -107,7 +112,7 @@ class Transport:
             pair_visibility = probe_pairs(self.mesh, self.ray_scene, self.rays_per_patch, seed)
             return {} if pair_visibility is None else pair_visibility.arrays()
 
-        arrays = self.remember("sight", make)
+        arrays = self._remembered("sight", make)
         return pair_visibility_from(arrays) if arrays else None
 
     @cached_property
@@ -119,7 +124,7 @@ class Transport:
             exchange, whole = contour_exchange(self.mesh, self.pair_visibility)
             return {**exchange.arrays(), "whole": whole}
 
-        return self.remember("exchange", make)
+        return self._remembered("exchange", make)
 
     @cached_property
     def exchange(self) -> Exchange:
@@ -153,7 +158,7 @@ class Transport:
                                       (self.seed, Stream.DIRECT_ON_PATCHES), self.parts)
             return {"direct": direct, "lost": lost}
 
-        return self.remember("direct", make)
+        return self._remembered("direct", make)
 
     @property
     def direct_parts(self) -> np.ndarray:
@@ -224,10 +229,10 @@ class Transport:
         points, normals = self._vertex_points()
         if self.ray_scene is None:
             lifted = points + HORIZON / 2 * mesh.scale * normals
-            return self.remember(name, lambda: {"factors": point_factors(
+            return self._remembered(name, lambda: {"factors": point_factors(
                 lifted, normals, mesh)})["factors"], ()
         lifted = self.ray_scene.off(points, normals)
-        hits = self.remember(name, lambda: {"hits": look_round(
+        hits = self._remembered(name, lambda: {"hits": look_round(
             lifted, normals, self.ray_scene, rays, (self.seed, Stream.VERTEX_RAYS))})["hits"]
         return shares(hits, len(mesh.patches)), tuple(
             shares(part, len(mesh.patches)) for part in np.split(hits, REPLICAS, axis=1))
@@ -261,8 +266,9 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
     remember, elsewhere, across, sampled : as in `Transport`. Raises InputError where objects fill the room.
     """
     started = time.perf_counter()
-    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
-    mesh = build_mesh(scene, luminaires, patch_size, not sampled)
+    with logged(f"{scene.title}: mesh of patches of {patch_size:.3g} m"):
+        luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
+        mesh = build_mesh(scene, luminaires, patch_size, not sampled)
     faces = [(k, s.luminaire) for k, s in enumerate(scene.surfaces) if s.luminaire is not None]
     transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), faces, rays, seed,
                           RayScene(mesh) if rays else None, remember, elsewhere, across, sampled)
