@@ -9,7 +9,9 @@ from renderer.readings.final_gather import REPLICAS as GATHERED
 from renderer.readings.final_gather import gather
 from renderer.readings.photometer import place
 from renderer.readings.uncertainty import rare_half_width
-from renderer.solving.refine import solve_and_read
+from renderer.solving import gathered
+from renderer.solving.refine import solve_and_read, solve_until
+from renderer.solving.watch import Watch
 from renderer.transport.direct.direct import direct_on_patches
 from renderer.transport.direct.lamp_samples import sampled_direct
 from renderer.transport.radiosity.agglomerate import agglomerated
@@ -155,3 +157,45 @@ def _seen_crate(at, facing, corner, size, rho) -> float:
         reach = np.maximum(back @ normal, 0) * np.maximum(-back @ facing, 0) / np.linalg.norm(back, axis=1)**4
         total += float((rho * lit / np.pi * reach).sum() * size**2 / 100)
     return total
+
+
+@pytest.mark.parametrize("keep", [True, False])
+def test_an_interruption_keeps_what_is_known_with_its_wider_bars(room, monkeypatch, keep):
+    scene = room(0.5, objects=[CRATE])
+    spots = [((3.0, 3.0, 0.0), UP, "a"), ((0.3, 1.5, 0.0), UP, "b")]
+    rounds, said = [], []
+
+    def interrupted(transport, spots, paths, round_, steps):
+        rounds.append(round_)
+        if round_ == 1:
+            raise KeyboardInterrupt
+        return gather(transport, spots, paths, round_, steps)
+
+    monkeypatch.setattr(gathered, "gather", interrupted)
+    monkeypatch.setattr(gathered, "FIRST_SHARE", 0.01)  # so that the first paths do not do
+    watch = Watch(keep=keep)
+
+    def read(solution):
+        readings = solution.read_at(spots)
+        return readings, [r.figure for r in readings]
+
+    def solve():
+        return solve_until(scene, read, "rgb", 0.02, progress=said.append, meters=2, watch=watch)
+
+    if not keep:
+        with pytest.raises(KeyboardInterrupt):
+            solve()
+        return
+    _, readings, _ = solve()
+    assert watch.stopped
+    assert rounds[-1] == 1
+    assert any(r.uncertainty > 0.02 * r.total_lx for r in readings)
+    assert all(r.total_lx > 0 for r in readings)
+
+
+def test_long_readings_say_what_is_left_to_the_bar():
+    said = []
+    watch = Watch(said.append)
+    watch.tell(1.8, 0.01, 3.2)
+    watch.tell(1.8, 0.01, 0.4)  # short ones say nothing
+    assert said == ["bars at 1.8 % of 1 %, some 3 s more"]

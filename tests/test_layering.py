@@ -11,7 +11,8 @@ PACKAGE = Path(__file__).parent.parent / "renderer"
 ORDER = ["errors", "system", "colour", "radiometry", "scene", "transport.mesh", "transport.rays",
          "transport.factors", "transport.direct", "transport.radiosity", "transport.transport",
          "transport.sensors", "readings",
-         "solving.plan", "solving.transport_store", "solving.radiosity_field", "solving.gathered",
+         "solving.plan", "solving.transport_store", "solving.radiosity_field", "solving.watch",
+         "solving.gathered",
          "solving.mesh_sequence",
          "solving.solution", "solving.measure", "solving.refine", "solving.pilot_solve", "solving.forecast",
          "records", "pictures", "studies", "door", "cli.terminal", "cli.options", "cli"]

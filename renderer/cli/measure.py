@@ -7,6 +7,7 @@ from cyclopts import Parameter
 
 from renderer.cli.options import Output, Printing, Solving, vector
 from renderer.cli.terminal import (
+    leave_interrupted,
     list_files,
     print_as,
     progress_shown,
@@ -41,6 +42,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     from renderer.solving.measure import read_grid
     from renderer.solving.refine import solve_until
     from renderer.solving.solution import solve_on
+    from renderer.solving.watch import Watch
     from renderer.studies.grid_files import save_grid
     from renderer.studies.reading_tables import photometer_rows, photometer_tables
     from renderer.system.files import output_folder
@@ -58,14 +60,15 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
         areas = [read_grid(solution, grid) for grid in grids]
         return (readings, areas), [*(r.figure for r in readings), *(f for a in areas for f in a.figures)]
 
-    meters = len(spots) + sum(len(grid.points) for grid in grids)
+    meters, watch = len(spots) + sum(len(grid.points) for grid in grids), Watch(keep=True)
     with progress_shown(output.quiet) as progress:
         solution, (readings, areas), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
-                                                           solving.seed, solving.store(), progress, meters)
+                                                           solving.seed, solving.store(), progress, meters,
+                                                           watch)
         asked = solving.accuracy or loaded.solver.accuracy
         files = [file for area in areas for file in save_grid(loaded, solution.bands.name, area, out)]
         record = solution_record(solution, readings, asked, time.perf_counter() - started, areas)
-        if solution.bands.name == "rgb":  # held against 31 bands on the same transport
+        if solution.bands.name == "rgb" and not watch.stopped:  # held against 31 bands on the same transport
             beside = solve_on(loaded, loaded.band_set("31"), solution.plan, solution.store,
                               solution.transport)
             in_31, areas_in_31 = read(beside)[0]
@@ -78,6 +81,8 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
         if files:
             list_files(files, out)
         show_findings(record.get("finding", []))
+    if watch.stopped:
+        leave_interrupted("the readings are those known so far, with the bars they have reached")
 
 
 def _spots(scene, at: str | None, normal: str | None) -> list[tuple]:

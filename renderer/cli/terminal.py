@@ -78,6 +78,7 @@ def warn(solution, figures: list, asked: float) -> None:
     """Say on stderr what a run did not reach, and where its laws do not hold."""
     fixed = solution.scene.solver.patch_size
     why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
+    why = "the time until the interruption allows" if solution.watch.stopped else why
     from renderer.records.json_records import escaped
     from renderer.solving.measure import stray_light
 

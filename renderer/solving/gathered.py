@@ -1,5 +1,6 @@
 """Readings of many meters of one solved room at once, by paths: as many as the accuracy asked needs."""
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ from renderer.readings.final_gather import REPLICAS, Gather, gather
 from renderer.readings.photometer import Spot
 from renderer.readings.uncertainty import band_error, half_widths, rare_half_width, student
 from renderer.solving.radiosity_field import RadiosityField, distinct_bands, solve_field
+from renderer.solving.watch import Watch
 from renderer.transport.radiosity.agglomerate import Groups, agglomerated
 from renderer.transport.radiosity.solve import FOR_BARS, radiosity
 from renderer.transport.transport import Transport
@@ -114,24 +116,31 @@ class BatchReading:
 
 
 def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot], accuracy: float,
-               quadrature: float, areas: bool = False) -> BatchReading:
+               quadrature: float, areas: bool = False, watch: Watch | None = None) -> BatchReading:
     """Read meters, each to the accuracy asked [1] as far as paths can tell.
 
     areas : whether they are the points of a grid: one may then err by twice as much, but the least by no
-        more.
+        more; watch : told what is left, and asked whether an interruption keeps what is known; once it has
+        been stopped, each meter has the fewest paths.
     """
+    watch, found = watch or Watch(), None
     asked = np.full(len(spots), accuracy * (2 if areas else 1))
     paths = _power_of_two(FIRST_SHARE * paths_needed(asked) / REPLICAS)
     steps = np.ones(len(spots), dtype=int)
     luminous = light.bands.luminous
     tally, some = _Tally(light, fields, len(spots)), np.arange(len(spots))
+    if watch.stopped:
+        paths[:] = FEWEST_PATHS
     for round_ in range(MAX_ROUNDS):
-        for of, count in np.unique(np.column_stack([steps, paths])[some], axis=0):
-            members = some[(steps[some] == of) & (paths[some] == count)]
-            for part in np.array_split(members, -(-len(members) * REPLICAS * count // PATHS_AT_ONCE)):
-                seen = _gathered(fields.transport, [spots[k] for k in part], int(count), round_, int(of))
-                tally.add(part, seen, int(count))
+        started, followed = time.perf_counter(), (paths * (1 + steps))[some].sum()
+        try:
+            tally.follow(spots, some, steps, paths, round_)
+        except KeyboardInterrupt:
+            watch.stop(known=found is not None)
+            break
         found = tally.reading()
+        if watch.stopped:
+            break
         values, (mesh, sampling) = (found.direct + found.indirect) @ luminous, found.errors(quadrature).T
         bars = np.hypot(mesh, sampling)
         if areas:
@@ -151,6 +160,9 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot
         deeper &= wide
         steps[deeper] += 1
         tally.forget(deeper)
+        rate = (time.perf_counter() - started) / followed
+        over = (bars / np.maximum(asked * values, 1e-100))[some][lit[some]]
+        watch.tell(over.max(initial=0.0), accuracy, rate * (paths * (1 + steps))[some].sum())
     return found
 
 
@@ -190,6 +202,15 @@ class _Tally:
         self.sums = [np.zeros(shape) for shape in (
             (meters, lamps), (meters, 2, bands), (meters, surfaces - 1), (2, meters, surfaces),
             (REPLICAS, meters, surfaces), (2, meters))]
+
+    def follow(self, spots: Sequence[Spot], some: np.ndarray, steps: np.ndarray, paths: np.ndarray,
+               round_: int) -> None:
+        """Add what some meters see by as many paths, of as many steps, as each is given (n_meters,)."""
+        for of, count in np.unique(np.column_stack([steps, paths])[some], axis=0):
+            members = some[(steps[some] == of) & (paths[some] == count)]
+            for part in np.array_split(members, -(-len(members) * REPLICAS * count // PATHS_AT_ONCE)):
+                seen = _gathered(self.fields.transport, [spots[k] for k in part], int(count), round_, int(of))
+                self.add(part, seen, int(count))
 
     def add(self, some: np.ndarray, seen: Gather, paths: int) -> None:
         """Add what some meters (k,) saw by so many paths in each replica."""

@@ -1,6 +1,7 @@
 """Readings to the accuracy asked: a room is solved again, finer, until the error bars say so."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from renderer.readings.reading import Reading
 from renderer.readings.uncertainty import Figure
@@ -8,6 +9,7 @@ from renderer.scene.scene import Scene
 from renderer.solving.plan import Plan, make_reading_plan
 from renderer.solving.solution import Solution, solve
 from renderer.solving.transport_store import Progress, TransportStore
+from renderer.solving.watch import Watch
 
 MAX_REFINEMENTS = 2
 """How often a room is solved again: each time with up to four times the patches and rays."""
@@ -37,20 +39,24 @@ def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | Non
 def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figure]]],
                 bands: str | None = None, accuracy: float | None = None, seed: int | None = None,
                 store: TransportStore | None = None, progress: Progress = lambda step: None,
-                meters: int | None = None) -> tuple[Solution, object, list[Figure]]:
+                meters: int | None = None, watch: Watch | None = None
+                ) -> tuple[Solution, object, list[Figure]]:
     """Solve a scene until what is read off it has the accuracy asked, or as finely as memory allows.
 
     read : takes a Solution; returns what is wanted and the figures that must be accurate; meters : how many
-    it reads, where it does nothing else. The rest is as for `solve_and_read`. Returns the last solution, and
+    it reads, where it does nothing else; watch : says afterwards whether an interruption has ended the
+    readings. The rest is as for `solve_and_read`. Returns the last solution, and
     what `read` said of it.
     """
     store, asked = store or TransportStore(), accuracy or scene.solver.accuracy
+    watch = watch or Watch()
+    watch.say = lambda left: progress(f"{scene.title}: readings, {left}")
     plan = None if meters is None else make_reading_plan(scene, asked, scene.solver.patch_size, meters)
-    solution = solve(scene, bands, accuracy, seed, store, progress, plan)
+    solution = replace(solve(scene, bands, accuracy, seed, store, progress, plan), watch=watch)
     for left in reversed(range(MAX_REFINEMENTS + 1)):
         progress(f"{scene.title}: readings")
         wanted, figures = read(solution)
-        if not left or scene.solver.patch_size:
+        if watch.stopped or not left or scene.solver.patch_size:
             break
         plan = finer(solution.plan, len(solution.transport.mesh.patches), figures, asked)
         if plan is None:
@@ -58,7 +64,7 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
         progress(f"{scene.title}: {missed(figures, asked)[0].name!r} is not known to {asked:.2%} yet; "
                  "solving finer")
         wanted = solution = None  # their operators are in the way of the next
-        solution = solve(scene, bands, accuracy, seed, store, progress, plan)
+        solution = replace(solve(scene, bands, accuracy, seed, store, progress, plan), watch=watch)
     return solution, wanted, figures
 
 

@@ -1,7 +1,7 @@
 """A solved room: its readings with error bars."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from renderer.solving.mesh_sequence import MeshSequence, make_mesh_sequence, met
 from renderer.solving.plan import Plan, make_plan
 from renderer.solving.radiosity_field import RadiosityField, solve_field
 from renderer.solving.transport_store import Progress, TransportStore
+from renderer.solving.watch import Watch
 from renderer.system import processes
 from renderer.system.lazy import cached_property
 from renderer.system.log import LOGGER
@@ -31,10 +32,12 @@ class Solution(RadiosityField):
     """Light in a room, and what it takes to tell how well it is known.
 
     plan : how it was solved; store : where transports of this and of other meshes are shared
+    watch : told how far long readings are
     """
 
     plan: Plan
     store: TransportStore
+    watch: Watch = field(default_factory=Watch, repr=False, compare=False)
 
     def __repr__(self) -> str:
         return (f"Solution({self.scene.title!r}, {self.bands.name} bands, "
@@ -130,7 +133,8 @@ class Solution(RadiosityField):
 
     def batch(self, spots: list[Spot], areas: bool = False) -> BatchReading:
         """Read meters together, by paths. areas : as in `read_batch`"""
-        return read_batch(self, self.gather_fields, spots, self.plan.accuracy, self.quadrature, areas)
+        return read_batch(self, self.gather_fields, spots, self.plan.accuracy, self.quadrature, areas,
+                          self.watch)
 
     @cached_property
     def gather_fields(self) -> GatherFields:
