@@ -17,7 +17,7 @@ def read_cgats(lines: list[str]) -> SpectralTable:
     rows = [Row(number, cells_of(" ".join(line.split()), " "))
             for number, line in _between(lines, "DATA") if line.strip()]
     if not rows:
-        raise ValueError("has no rows between BEGIN_DATA and END_DATA. Get it again")
+        raise ValueError("has no rows between BEGIN_DATA and END_DATA. Download the file again")
     short = next((row for row in rows if len(row.cells) != len(fields)), None)
     if short is not None:
         raise ValueError(f"has {len(short.cells)} values in line {short.line} for {len(fields)} fields. "
@@ -50,5 +50,6 @@ def _between(lines: list[str], what: str) -> list[tuple[int, str]]:
     start = next((k for k, word in enumerate(words) if word == f"BEGIN_{what}"), None)
     end = next((k for k in range((start or 0) + 1, len(words)) if words[k] == f"END_{what}"), None)
     if start is None or end is None:
-        raise ValueError(f"has no BEGIN_{what} with an END_{what} after it; it is cut short. Get it again")
+        raise ValueError(f"has no BEGIN_{what} with an END_{what} after it; it is cut short. "
+                         "Download the file again")
     return [(k + 1, lines[k]) for k in range(start + 1, end)]

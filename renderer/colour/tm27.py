@@ -22,13 +22,13 @@ def read_tm27(text: str) -> tuple[str, SpectralTable]:
     try:
         root = ElementTree.fromstring(text.strip())
     except (ElementTree.ParseError, LookupError, ValueError) as error:
-        raise ValueError(f"is no IES TM-27 file: not XML ({error}). Get it again") from None
+        raise ValueError(f"is no IES TM-27 file: not XML ({error}). Download the file again") from None
     if _name(root) != "iestm2714":
         raise ValueError(f"is no IES TM-27 file: its outer element is {_name(root)[:30]!r}, not IESTM2714. "
                          f"Give one")
     spectra = [element for element in root.iter() if _name(element) == "spectraldistribution"]
     if not spectra:
-        raise ValueError("is no IES TM-27 file: it has no SpectralDistribution. Get it again")
+        raise ValueError("is no IES TM-27 file: it has no SpectralDistribution. Download the file again")
     quantity = next(((e.text or "").strip().lower()
                      for e in spectra[0] if _name(e) == "spectralquantity"), "")
     columns = [_samples(element) for element in spectra]
@@ -51,7 +51,7 @@ def _samples(distribution) -> tuple[np.ndarray, np.ndarray]:
     pairs = [(element.get("wavelength"), element.text)
              for element in distribution if _name(element) == "spectraldata"]
     if not pairs:
-        raise ValueError("has no SpectralData in its SpectralDistribution. Get it again")
+        raise ValueError("has no SpectralData in its SpectralDistribution. Download the file again")
     numbers = []
     for nm, value in pairs[:MAX_SAMPLES]:
         try:

@@ -32,7 +32,7 @@ def read_eulumdat(text: str) -> Photometry:
     def field(line: int, what: str) -> float:
         if line > len(lines):
             raise ValueError(f"has {len(lines)} lines and ends before {what}, line {line}; it is cut short. "
-                             "Get it again")
+                             "Download the file again")
         return number(lines[line - 1].strip().replace(",", ".") or "0", f"{what}, line {line}")
 
     def whole(line: int, what: str, low: int, high: int) -> int:

@@ -37,5 +37,5 @@ def read_photometry(path: Path, where: str) -> Photometry:
 
 def _text(data: bytes) -> str:
     if not data.strip():
-        raise ValueError("is empty. Get it again")
+        raise ValueError("is empty. Download the file again")
     return decode(data)

@@ -90,7 +90,8 @@ def _head(lines: list[str], faults: list[str]) -> _Head:
     tilt = next((k for k, which in found.items() if which.upper() in ("NONE", "INCLUDE")),
                 next(iter(found), None))
     if tilt is None:
-        raise ValueError("has no line TILT=, so it is no IES LM-63 file or is cut short. Get it again")
+        raise ValueError("has no line TILT=, so it is no IES LM-63 file or is cut short. "
+                         "Download the file again")
     named = next((match for line in lines[:tilt] if (match := EDITION.match(line))), None)
     year = int(named["year"]) if named else 0
     year += 0 if not 0 < year < 100 else 1900 if year > 50 else 2000

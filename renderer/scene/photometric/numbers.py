@@ -38,7 +38,8 @@ class Numbers:
     def next(self, what: str) -> float:
         """The next number. Raises ValueError where there is none, or something else."""
         if not self.left:
-            raise ValueError(f"ends before {what}; it is cut short, or its counts are wrong. Get it again")
+            raise ValueError(f"ends before {what}; it is cut short, or its counts are wrong. "
+                             "Download the file again")
         token = self._tokens[self._next]
         self._next += 1
         return number(token, what)
@@ -51,7 +52,7 @@ class Numbers:
         """The next numbers (count,). Raises ValueError where there are not so many."""
         if self.left < count:
             raise ValueError(f"has {self.left} numbers where {what} must be {count}; it is cut short, or its "
-                             "counts are wrong. Get it again")
+                             "counts are wrong. Download the file again")
         return np.array([self.next(what) for _ in range(count)])
 
     def refuse_rest(self, faults: list[str]) -> None:
@@ -115,7 +116,7 @@ def checked_intensities(candela: np.ndarray, faults: list[str]) -> np.ndarray:
         raise ValueError(f"has a negative intensity, {candela.min():g} cd, value {column + 1} of plane "
                          f"{row + 1}; light is not negative. Put 0 there if it is noise")
     if candela.max() < 1 / MAX_INTENSITY_CD:
-        raise ValueError("has no intensity above 0, so it gives no light. Get it again")
+        raise ValueError("has no intensity above 0, so it gives no light. Download the file again")
     below = int((candela < 0).sum())
     if below:
         faults.append(f"{below} of its intensities {'are' if below > 1 else 'is'} below 0, "
