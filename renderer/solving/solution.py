@@ -87,7 +87,7 @@ class Solution(RadiosityField):
         straight from
         each lamp (n_luminaires,) per lumen exactly, by way of the surfaces as the bands say (n_bands,); None
         where these know no spectrum."""
-        if not self.bands.knows_spectrum:
+        if not self.bands.knows_spectrum or self.bands.watts is None:
             return None, None
         lamps = np.array([spectral_flux(lamp, lum.lumens) for lum, lamp in
                           zip(self.scene.luminaires, self.scene.lamps, strict=True)]).reshape(-1, 471)
