@@ -65,7 +65,7 @@ def mesh_of(text: str, patch_size: float):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "room.toml"
         path.write_text(text)
-        return build_mesh(renderer.load(path), [], patch_size)
+        return build_mesh(renderer.load(path), patch_size)
 
 
 def to_surfaces(mesh, exchange) -> np.ndarray:

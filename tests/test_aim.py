@@ -46,7 +46,7 @@ def test_eight_rays_between_blades_under_a_large_face_are_right_in_the_mean(room
     blade = {"shape": "box", "position": [1.90, 0.2, 2.7], "size": [0.02, 3.6, 0.2]}
     scene = room(luminaires=[{**RECTANGLE, "size": [3.6, 3.6]}], objects=[blade])
     luminaire = scene.luminaires[0]
-    ray_scene = RayScene(build_mesh(scene, scene.luminaires, 0.5))
+    ray_scene = RayScene(build_mesh(scene, 0.5))
     point, normal = np.array([2.05, 2.0, 2.8]), np.array([-1.0, 0.0, 0.0])
     # Past the blade's upper edge the face is seen from where the line from the point over that edge ends.
     seen = luminaire.outline.copy()

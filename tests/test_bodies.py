@@ -61,7 +61,7 @@ def scene(tmp_path):
 
 def exposed_areas(scene, patch_size=0.4):
     """Exposed area of each surface [m²]; of a sheet that of both sides."""
-    mesh = build_mesh(scene, scene.luminaires, patch_size)
+    mesh = build_mesh(scene, patch_size)
     return dict(zip(scene.surface_names, np.bincount(
         mesh.surface, mesh.area * mesh.exposed_share, len(scene.surfaces)), strict=False))
 
@@ -118,7 +118,7 @@ def test_a_sheet_has_two_sides_and_its_light_is_that_of_a_thin_box(scene):
     sheet = scene(sheets=[quad((1, 2, 0), (3, 2, 0), (3, 2, 2), (1, 2, 2))])
     areas = exposed_areas(sheet)
     assert areas["sheet 0"] == pytest.approx(8, rel=1e-12)
-    mesh = build_mesh(sheet, sheet.luminaires, 0.4)
+    mesh = build_mesh(sheet, 0.4)
     own = np.flatnonzero(mesh.surface == 6)
     assert (mesh.twin[mesh.twin[own]] == own).all()
     assert np.abs(mesh.normal[own] + mesh.normal[mesh.twin[own]]).max() < 1e-12

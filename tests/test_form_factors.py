@@ -119,7 +119,7 @@ def test_a_point_beside_a_perpendicular_rectangle():
 
 
 def mesh_of(scene, patch_size) -> Mesh:
-    return build_mesh(scene, scene.luminaires, patch_size)
+    return build_mesh(scene, patch_size)
 
 
 @pytest.fixture

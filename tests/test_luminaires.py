@@ -9,12 +9,12 @@ from random_rooms import compare_with_finer
 
 import renderer
 from renderer.radiometry.polygons import polygon_factors
+from renderer.scene.mounting import seated
 from renderer.scene.photometric.files import read_photometry
 from renderer.scene.reading import packaged_scenes
 from renderer.studies.luminaire import record_of
 from renderer.transport.direct.direct import unoccluded
 from renderer.transport.mesh.build import build_mesh
-from renderer.transport.mesh.mounting import seated
 
 DEGREE = np.arange(0, 181, 1.0)
 COSINE = np.clip(np.cos(np.radians(DEGREE)), 0, None)
@@ -27,14 +27,14 @@ SHARP = 1e-3
 
 
 @pytest.fixture
-def lit(room, tmp_path):
+def lit(room_file, tmp_path):
     """A function that makes a room of one measured luminaire: its file's text, and keys of its table."""
 
     def make(text, suffix="ies", photometers=(), **keys):
         rest = {key: keys.pop(key) for key in ("rho", "size", "solver", "objects") if key in keys}
         (tmp_path / f"lamp.{suffix}").write_text(text, encoding="latin-1")
         table = {"shape": "ies", "file": f"lamp.{suffix}", "center": [2.0, 2.0, 3.0], **keys}
-        return room(luminaires=[table], photometers=photometers, **rest)
+        return room_file(luminaires=[table], photometers=photometers, **rest)
 
     return make
 
@@ -130,7 +130,7 @@ def test_close_up_a_box_alike_bright_all_over_is_lit_as_its_faces_are(lit):
 def test_all_lumens_arrive_on_the_surfaces(lit, text, suffix, keys):
     scene = lit(text, suffix, **keys)
     lum = seated(scene, scene.luminaires[0])
-    mesh = build_mesh(scene, [lum], 1.0)
+    mesh = build_mesh(scene, 1.0)
     arrived = lum.share_on(mesh, np.arange(len(mesh.patches)))
     # With height, the foot of each side face on the ceiling or near a wall is where two points see least.
     assert arrived.sum() == pytest.approx(1, abs=SHARP * (1 if len(lum.opening) == 2 else 3))

@@ -177,7 +177,7 @@ def test_patches_cover_every_surface_once_and_face_inward(room):
     box = {"shape": "box", "position": [0.5, 1.0, 0.0], "size": [1.2, 0.7, 1.5], "rotation": 20.0}
     ball = {"shape": "sphere", "position": [2.5, 2.5, 0.5], "size": [0.5, 0.5, 0.5]}
     scene = room(0.5, objects=[box, ball])
-    mesh = build_mesh(scene, scene.luminaires, 0.4)
+    mesh = build_mesh(scene, 0.4)
     area = np.bincount(mesh.surface, mesh.area)
     # floor and box less where they touch, ceiling less the panel's face, walls, ball (its own facets), panel
     expected = [16 - 1.2 * 0.7, 15, 12, 12, 12, 12, 1.2 * 0.7 + 2 * (1.2 * 1.5 + 0.7 * 1.5),
@@ -191,7 +191,7 @@ def test_patches_cover_every_surface_once_and_face_inward(room):
 
 def test_a_mounted_panel_is_cut_out_of_the_ceiling(room):
     scene = room(0.5)
-    mesh = build_mesh(scene, scene.luminaires, 0.4)
+    mesh = build_mesh(scene, 0.4)
     corners = mesh.corners[mesh.surface == 6].reshape(-1, 3)
     np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)],
                                [[1.5, 1.5, 3.0], [2.5, 2.5, 3.0]], atol=1e-12)

@@ -17,7 +17,6 @@ from renderer.transport.factors.hemisphere_rays import cast, count, probed
 from renderer.transport.factors.pair_rays import contour_exchange, probe_pairs
 from renderer.transport.factors.shafts import clusters, doubtful_pairs, may_be_hidden
 from renderer.transport.mesh.build import build_mesh
-from renderer.transport.mesh.mounting import seated, stand_off
 from renderer.transport.radiosity.replicas import departures, half_samples, independent
 from renderer.transport.radiosity.solve import radiosity
 from renderer.transport.rays.ray_scene import RayScene
@@ -29,8 +28,7 @@ TURNED = {"shape": "box", "position": [2.4, 0.4, 0.5], "size": [0.9, 0.5, 0.6], 
 
 
 def mesh_of(scene, patch_size):
-    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
-    return build_mesh(scene, luminaires, patch_size)
+    return build_mesh(scene, patch_size)
 
 
 def dense(exchange):
@@ -169,7 +167,7 @@ def test_nothing_stands_between_a_lamp_and_what_it_is_said_to_light_whole(tmp_pa
     points, normals = points.reshape(-1, 3), np.repeat(normals, 16, axis=1).reshape(-1, 3)
     outside = ray_scene.first_hit(ray_scene.off(points, normals), normals) >= 0
     checked = 0
-    for luminaire in (seated(scene, stand_off(scene, lum)) for lum in scene.luminaires):
+    for luminaire in scene.placement.luminaires:
         alone = may_be_shadowed(points[:, None], normals, luminaire, mesh.obstacles)
         together = may_be_shadowed(points.reshape(-1, 16, 3), normals[::16], luminaire, mesh.obstacles)
         assert (np.repeat(together, 16) | ~alone).all()

@@ -16,6 +16,7 @@ from renderer.scene.exposed import Exposed, exposed_parts
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.grids import Grid
 from renderer.scene.luminaires.luminaire import Luminaire
+from renderer.scene.mounting import Placement, place_luminaires
 from renderer.scene.project import ProjectTable, RequirementTable
 from renderer.scene.room import Room
 from renderer.scene.schema import CameraTable, ObserverTable, PhotometerTable, SolverTable, SpotMeterTable
@@ -172,6 +173,11 @@ class Scene:
         rows = [band_flux(lamp, lum.lumens, bands, f"{self.path}: luminaires {lum.name!r}")
                 for lum, lamp in zip(self.luminaires, self.lamps, strict=True)]
         return np.array(rows).reshape(len(rows), len(bands.xyz))
+
+    @cached_property
+    def placement(self) -> Placement:
+        """The luminaires against the surfaces. Raises InputError where one shines into what it lies on."""
+        return place_luminaires(self)
 
     @cached_property
     def geometry_key(self) -> str:

@@ -23,7 +23,6 @@ from renderer.transport.factors.hemisphere_rays import independent_parts, rays_o
 from renderer.transport.factors.pair_rays import between, rays_in_half
 from renderer.transport.mesh.build import build_mesh
 from renderer.transport.mesh.mesh import Mesh
-from renderer.transport.mesh.mounting import seated, stand_off
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import REPLICAS
 
@@ -101,8 +100,7 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     plan = make_reading_plan(scene, accuracy, scene.solver.patch_size, meters)
     if plan.gathered:
         return _by_paths(scene, plan, bands)
-    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
-    meshes = [build_mesh(scene, luminaires, each.patch_size) for each in (plan, plan.times(2))]
+    meshes = [build_mesh(scene, each.patch_size) for each in (plan, plan.times(2))]
     band_set = scene.band_set(bands)
     first, *_ = distinct_bands(scene.reflectance(band_set), scene.flux(band_set))
     size, pilot = size_of(*meshes), run_pilot(scene, plan, len(meshes[0].patches))
@@ -133,8 +131,7 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
 def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
     """What a run takes whose meters are read by paths: told by counts alone, nothing is solved."""
     started, worked = time.perf_counter(), time.process_time()
-    luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
-    n = len(build_mesh(scene, luminaires, plan.patch_size, False).patches)
+    n = len(build_mesh(scene, plan.patch_size, False).patches)
     meshing = time.perf_counter() - started
     busy = max(1.0, meshing / max(1e-3, time.process_time() - worked))
     slack = INSIDE_TOLERANCE * scene.room.scale

@@ -7,8 +7,8 @@ import trimesh
 
 from renderer.errors import InputError
 from renderer.scene.flat import Parts
+from renderer.scene.mounting import MOUNTED
 from renderer.scene.scene import Scene
-from renderer.transport.mesh.mounting import MOUNTED, mounting
 
 PATCHES_AT_1_PERCENT = 1280
 """Patches of an empty room for 1 %; the error falls as 1/patches (docs/verification.md)."""
@@ -123,7 +123,7 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
         fits = float(np.sqrt(area / MAX_PATCHES))
         raise InputError(f"{scene.path}: solver.patch_size is {h:g}; that makes about {count:.3g} "
                          f"patches, and at most {MAX_PATCHES} are allowed. Use {fits:.2g} or more.")
-    free = [lum.name for index, lum in enumerate(scene.faces) if not mounting(scene, lum, index)]
+    free = [luminaire.name for _, luminaire in scene.placement.free]
     in_the_way = list(dict.fromkeys(body.name for body in scene.bodies)) + free
     if not scene.room.convex:
         in_the_way.insert(0, "corners of the room")

@@ -39,7 +39,6 @@ from renderer.transport.factors.pair_rays import (
 )
 from renderer.transport.mesh.build import build_mesh
 from renderer.transport.mesh.mesh import Mesh
-from renderer.transport.mesh.mounting import seated, stand_off
 from renderer.transport.radiosity.replicas import departures, half_samples, independent
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import REPLICAS, Stream
@@ -267,8 +266,7 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
     """
     started = time.perf_counter()
     with logged(f"{scene.title}: mesh of patches of {patch_size:.3g} m"):
-        luminaires = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
-        mesh = build_mesh(scene, luminaires, patch_size, not sampled)
+        mesh, luminaires = build_mesh(scene, patch_size, not sampled), scene.placement.luminaires
     faces = [(k, s.luminaire) for k, s in enumerate(scene.surfaces) if s.luminaire is not None]
     transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), faces, rays, seed,
                           RayScene(mesh) if rays else None, remember, elsewhere, across, sampled)

@@ -9,6 +9,7 @@ import trimesh
 from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle, grid
 from renderer.scene.luminaires.luminaire import Luminaire
+from renderer.scene.mounting import COPLANAR, Mounting
 from renderer.scene.room import Room
 from renderer.scene.scene import Scene, Surface
 from renderer.transport.mesh.contacts import (
@@ -21,7 +22,6 @@ from renderer.transport.mesh.contacts import (
     turned,
 )
 from renderer.transport.mesh.mesh import Mesh
-from renderer.transport.mesh.mounting import COPLANAR, Mounting, mounting
 from renderer.transport.mesh.triangulation import triangulated, without
 
 GRADING = 1.0
@@ -50,23 +50,16 @@ FRONT, BOTH = (True, False), (True, True)
 """Which sides of a face are exposed, where nothing covers it."""
 
 
-def build_mesh(scene: Scene, luminaires: list[Luminaire], patch_size: float, finer_near: bool = True) -> Mesh:
+def build_mesh(scene: Scene, patch_size: float, finer_near: bool = True) -> Mesh:
     """Divide a scene into patches of about `patch_size` [m], graded toward edges and contacts.
 
-    luminaires : the scene's, each through `stand_off`; finer_near : whether patches are smaller near lamps
-    and in gaps, as all need that read direct light or their neighbours' off them
+    finer_near : whether patches are smaller near lamps and in gaps, as all need that read direct light or
+        their neighbours' off them
     """
     every = list(enumerate(scene.exposed))
-    mountings, free = [], []
-    for index, surface in enumerate(scene.surfaces):
-        if surface.luminaire is not None:
-            luminaire = luminaires[surface.luminaire]
-            found = mounting(scene, luminaire, index)
-            if found is not None:
-                mountings.append(found)
-            else:
-                free.append((index, luminaire))
-    builder = _Builder(patch_size, COPLANAR * scene.room.scale, scene.surfaces, luminaires,
+    placement = scene.placement
+    mountings, free = placement.mountings, placement.free
+    builder = _Builder(patch_size, COPLANAR * scene.room.scale, scene.surfaces, placement.luminaires,
                        CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area) if finer_near else np.inf)
     rectangles = [(index, face, sides) for index, of in every
                   for face, sides in zip(of.parts.rectangles, of.sides[0], strict=True)]

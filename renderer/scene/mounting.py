@@ -1,6 +1,7 @@
 """Luminaires on a surface of the room, and those that stand just off one."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,7 +10,9 @@ from renderer.scene.flat import Parts, Polygon
 from renderer.scene.geometry import Rectangle
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.luminaires.measured import Measured
-from renderer.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from renderer.scene.scene import Scene
 
 COPLANAR = 1e-7
 """Distance from a plane, relative to the room's longest side, that counts as touching it."""
@@ -46,12 +49,39 @@ class Mounting:
                     and abs((self.outline[0] - corner) @ normal) < touch)
 
 
-def _structure(scene: Scene) -> list[tuple[str, Parts]]:
+@dataclass(frozen=True)
+class Placement:
+    """A scene's luminaires against its surfaces.
+
+    luminaires : all of them, as light leaves them: off the walls, without the faces that touch one
+    mountings : of those mounted on a surface; free : of the other ones with a body, surface and luminaire
+    """
+
+    luminaires: list[Luminaire]
+    mountings: list[Mounting]
+    free: list[tuple[int, Luminaire]]
+
+
+def place_luminaires(scene: "Scene") -> Placement:
+    """Place luminaires against the surfaces of their room. Raises InputError."""
+    placed = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
+    mountings, free = [], []
+    for index, surface in enumerate(scene.surfaces):
+        if surface.luminaire is not None:
+            found = mounting(scene, placed[surface.luminaire], index)
+            if found is not None:
+                mountings.append(found)
+            else:
+                free.append((index, placed[surface.luminaire]))
+    return Placement(placed, mountings, free)
+
+
+def _structure(scene: "Scene") -> list[tuple[str, Parts]]:
     """Name and flat parts of what luminaires are mounted on: the room's own surfaces."""
     return [(surface.name, surface.parts) for surface in scene.surfaces if surface.of_room]
 
 
-def mounting(scene: Scene, luminaire: Luminaire, surface: int) -> Mounting | None:
+def mounting(scene: "Scene", luminaire: Luminaire, surface: int) -> Mounting | None:
     """Where a luminaire is mounted on a surface of the room, if all of it is."""
     if luminaire.is_point:
         return None
@@ -111,7 +141,7 @@ def _overlap(lamp: Rectangle, face: Rectangle) -> float:
     return area
 
 
-def stand_off(scene: Scene, luminaire: Luminaire) -> Luminaire:
+def stand_off(scene: "Scene", luminaire: Luminaire) -> Luminaire:
     """A luminaire in a wall's plane but not mounted on it (it juts out over an edge), moved off
     it by more than the rays' tolerance, so that it is a sheet before the wall."""
     if luminaire.is_point or mounting(scene, luminaire, 0) is not None:
@@ -148,7 +178,7 @@ def _lowest(luminaire: Luminaire, face: Rectangle | Polygon, off: float) -> floa
     return float(height.min()) if foot.distance(shape) < off else None
 
 
-def seated(scene: Scene, luminaire: Luminaire) -> Luminaire:
+def seated(scene: "Scene", luminaire: Luminaire) -> Luminaire:
     """A measured luminaire without the face of its opening that touches a surface of the room, from which
     no light comes. Raises InputError where its light goes into the surface that it lies on."""
     if not isinstance(luminaire, Measured):
