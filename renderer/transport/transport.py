@@ -21,7 +21,7 @@ from renderer.system.log import logged
 from renderer.transport.direct.direct import direct_on_patches
 from renderer.transport.direct.lamp_samples import sampled_direct
 from renderer.transport.factors.contour import point_factors
-from renderer.transport.factors.exchange import Exchange, from_arrays
+from renderer.transport.factors.exchange import Exchange, between_patches, from_arrays
 from renderer.transport.factors.hemisphere_rays import (
     Rows,
     cast,
@@ -126,9 +126,16 @@ class Transport:
         return self._remembered("exchange", make)
 
     @cached_property
-    def exchange(self) -> Exchange:
-        """Who exchanges light with whom."""
+    def exchange_of_unknowns(self) -> Exchange:
+        """Who exchanges light with whom, gathered facets as one."""
         return from_arrays(self._operator)
+
+    @cached_property
+    def exchange(self) -> Exchange:
+        """Who exchanges light with whom, patch by patch."""
+        if self.mesh.gathering is None:
+            return self.exchange_of_unknowns
+        return between_patches(self.exchange_of_unknowns, self.mesh.gathering)
 
     @property
     def samples(self) -> int:
@@ -141,8 +148,11 @@ class Transport:
         if self.pair_visibility is not None:
             more = partial(half_samples, self.pair_visibility, self._operator["whole"], self.samples)
         else:
-            more = partial(independent, self.mesh, self.exchange, self.hits, self.samples)
-        return departures(self.exchange, more, radiosity)
+            more = partial(independent, self.mesh, self.exchange_of_unknowns, self.hits, self.samples)
+        if self.mesh.gathering is None:
+            return departures(self.exchange, more, radiosity)
+        means = self.mesh.gathering.weights(self.exchange_of_unknowns.areas) @ radiosity
+        return departures(self.exchange_of_unknowns, more, means)[:, self.mesh.group]
 
     @property
     def stretch(self) -> float:
@@ -153,8 +163,8 @@ class Transport:
     def _direct(self) -> Arrays:
         def make() -> Arrays:
             make_direct = sampled_direct if self.sampled and self.parts > 1 else direct_on_patches
-            direct, lost = make_direct(self.mesh, self.exchange, self.luminaires, self.ray_scene,
-                                      (self.seed, Stream.DIRECT_ON_PATCHES), self.parts)
+            direct, lost = make_direct(self.mesh, self.exchange_of_unknowns, self.luminaires, self.ray_scene,
+                                       (self.seed, Stream.DIRECT_ON_PATCHES), self.parts)
             return {"direct": direct, "lost": lost}
 
         return self._remembered("direct", make)
@@ -163,7 +173,8 @@ class Transport:
     def direct_parts(self) -> np.ndarray:
         """Mean illuminance of each patch per lumen (parts, n_patches, n_luminaires) [m⁻²], in independent
         samples."""
-        return self._direct["direct"]
+        direct = self._direct["direct"]
+        return direct if self.mesh.group is None else direct[:, self.mesh.group]
 
     @property
     def lost(self) -> np.ndarray:
@@ -188,12 +199,12 @@ class Transport:
     @property
     def parts(self) -> int:
         """In how many independent samples light is known; 1 where no ray is cast."""
-        return independent_parts(len(self.mesh.patches), self.rays_per_patch)
+        return independent_parts(self.mesh.count, self.rays_per_patch)
 
     @property
     def factors(self) -> int:
         """How many factors its operator holds at most."""
-        n = len(self.mesh.patches)
+        n = self.mesh.count
         return n * min(n, 2 * self.rays_per_patch or n)
 
     def at_vertices(self, radiosity: np.ndarray, received: np.ndarray, sample: int | None,
@@ -208,7 +219,11 @@ class Transport:
             return self.mesh.around_vertices @ received
         every, parts = self.to_vertices if shown else self.to_vertices_read
         share = every if sample is None else parts[sample]
-        return share @ radiosity.astype(share.dtype)
+        if self.mesh.group is None:
+            return share @ radiosity.astype(share.dtype)
+        found = self.mesh.around_vertices @ received
+        found[~self.mesh.gathered] = share @ radiosity.astype(share.dtype)
+        return found
 
     @cached_property
     def to_vertices(self) -> tuple:
@@ -226,6 +241,8 @@ class Transport:
     def _from_vertices(self, name: str, rays: int) -> tuple:
         mesh = self.mesh
         points, normals = self._vertex_points()
+        if self.mesh.group is not None:  # those of gathered facets receive what their patch does
+            points, normals = points[~mesh.gathered], normals[~mesh.gathered]
         if self.ray_scene is None:
             lifted = points + HORIZON / 2 * mesh.scale * normals
             return self._remembered(name, lambda: {"factors": point_factors(

@@ -154,9 +154,9 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
     from that sum before (n_luminaires,).
     """
     live = np.flatnonzero(exchange.areas > 0)
-    mean = np.zeros((parts, len(mesh.patches), len(luminaires)))
+    mean = np.zeros((parts, mesh.count, len(luminaires)))
     for index, lum in enumerate(luminaires):
-        flux = _unoccluded_flux(mesh, live, lum, (*seed, index, 0))
+        flux = _unoccluded_on(mesh, live, lum, (*seed, index, 0))
         mean[:, live, index] = flux / exchange.areas[live]
         if ray_scene is not None:
             doubled = np.ceil(np.log2(np.maximum(BRIGHT * flux, 1))).clip(max=MOST)
@@ -166,6 +166,17 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
                                                  PATCH_POINTS << more)
     arrived = exchange.areas @ mean
     return mean / np.where(arrived > 0, arrived, 1.0)[:, None], 1 - arrived.mean(axis=0)
+
+
+def _unoccluded_on(mesh: Mesh, unknown: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
+    """The same of each unknown (k,): of gathered facets their sum."""
+    if mesh.gathering is None:
+        return _unoccluded_flux(mesh, unknown, lum, seed)
+    wanted = np.zeros(mesh.count, dtype=bool)
+    wanted[unknown] = True
+    patch = np.flatnonzero(wanted[mesh.group] & ~mesh.covered)
+    flux = _unoccluded_flux(mesh, patch, lum, seed)
+    return np.bincount(mesh.group[patch], flux, mesh.count)[unknown]
 
 
 def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
@@ -183,7 +194,7 @@ def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene
               parts: int, on_each: int) -> np.ndarray:
     """Share of a luminaire's light on each patch that gets past what stands between (parts, k), by so many
     points on each in each part."""
-    points, normals = _points_on(mesh, patch, seed, parts, on_each)
+    points, normals = _points_over(mesh, patch, seed, parts, on_each)
     share = np.ones((parts, len(patch)))
     maybe = may_be_shadowed(points[:, None], normals, lum, ray_scene.mesh.obstacles)
     some = maybe.reshape(len(patch), -1).any(axis=1)
@@ -204,3 +215,13 @@ def _points_on(mesh: Mesh, patch: np.ndarray, seed, parts: int,
     """`parts` times so many points all over each patch, and their normals (k · points, 3)."""
     points = mesh.spread(patch, Nets(on_each, 2, seed, parts).draw(0, len(patch)))
     return points.reshape(-1, 3), np.repeat(mesh.normal[patch], points.shape[1], axis=0)
+
+
+def _points_over(mesh: Mesh, unknown: np.ndarray, seed, parts: int, on_each: int
+                 ) -> tuple[np.ndarray, np.ndarray]:
+    """The same all over each unknown: of gathered facets all over these."""
+    if mesh.gathering is None:
+        return _points_on(mesh, unknown, seed, parts, on_each)
+    facet, square = mesh.gathering.pick(unknown, Nets(on_each, 2, seed, parts).draw(0, len(unknown)))
+    points = mesh.spread(facet.ravel(), square.reshape(-1, 1, 2))
+    return points.reshape(-1, 3), mesh.normal[facet.ravel()]

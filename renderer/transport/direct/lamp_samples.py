@@ -220,7 +220,7 @@ def draws_of_patch(patches: int) -> int:
 def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], ray_scene: RayScene | None,
                    seed: tuple[int, ...], parts: int) -> tuple[np.ndarray, np.ndarray]:
     """As `direct_on_patches`, by draws: as many a patch however many luminaires there are."""
-    n, count = len(mesh.patches), len(luminaires)
+    n, count = mesh.count, len(luminaires)
     if not count:
         return np.zeros((parts, n, 0)), np.zeros(0)
     faces = lamp_faces(luminaires)
@@ -232,10 +232,16 @@ def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], 
     def work(start: int, stop: int) -> None:
         patch = start + np.flatnonzero(exchange.areas[start:stop] > 0)
         square = nets.draw(start, stop)[patch - start]
-        normals = np.repeat(mesh.normal[patch], square.shape[1], axis=0)
-        places = mesh.spread(patch, square[..., :2]).reshape(-1, 3)
+        row = np.repeat(patch, square.shape[1])
+        if mesh.gathering is not None:
+            row, square = mesh.gathering.pick(patch, square)
+            places = mesh.spread(row.ravel(), square[..., :2].reshape(-1, 1, 2)).reshape(-1, 3)
+            row = row.ravel()
+        else:
+            places = mesh.spread(patch, square[..., :2]).reshape(-1, 3)
+        normals = mesh.normal[row]
         places = places if ray_scene is None else ray_scene.off(places, normals)
-        lamp, light = next_event(faces, table, np.repeat(patch, square.shape[1]), places, normals,
+        lamp, light = next_event(faces, table, row, places, normals,
                                  square[..., 2:].reshape(-1, 3), ray_scene)
         part = np.tile(np.repeat(np.arange(parts), draws), len(patch))
         cell = (part * (stop - start) + np.repeat(patch - start, square.shape[1])) * count + lamp

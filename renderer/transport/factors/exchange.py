@@ -5,7 +5,7 @@ sums to A_i (closure); with both, a solve conserves energy to rounding. The erro
 kept and reported.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import sparse
@@ -13,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads
+from renderer.transport.mesh.gathering import Gathered, Gathering
 
 CLOSED, CLOSED_BY_RAYS = 1e-12, 1e-4
 """Row sums are scaled to this share of the area: in a large mesh until less is missing than its rays
@@ -173,6 +174,13 @@ class Exchange:
         worst = np.array([*self.worst_pair, self.worst_patch])
         lost = {} if self.lost is None else {"lost": self.lost}
         return {"areas": self.areas, "errors": errors, "worst": worst, **lost, **matrix}
+
+
+def between_patches(of_groups: Exchange, gathering: Gathering) -> Exchange:
+    """The operator between patches that one between their groups is."""
+    weights = gathering.weights(of_groups.areas)
+    return replace(of_groups, areas=weights.T @ of_groups.areas, matrix=Gathered(of_groups.matrix, weights),
+                   worst_patch=int(gathering.first[of_groups.worst_patch]), kept={})
 
 
 def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:

@@ -42,12 +42,12 @@ def rays_of_vertex(rays: int) -> int:
 
 def cast(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...],
          elsewhere: Rows | None = None) -> np.ndarray:
-    """The patch that each of `rays` cosine-distributed rays from points all over each patch meets
-    (n_patches, rays); INSIDE where the ray starts covered up, NOTHING where it is lost.
+    """The unknown that each of `rays` cosine-distributed rays from points all over each unknown meets
+    (n_unknowns, rays); INSIDE where the ray starts covered up, NOTHING where it is lost.
 
     rays : a power of 2, in independent nets one after the other; elsewhere : casts SENT rays and more.
     """
-    n = len(mesh.patches)
+    n = mesh.count
     parts = independent_parts(n, rays)
     nets = Nets(rays // parts, 4, seed, parts)
     hits = np.empty((n, rays), dtype=np.int32)
@@ -68,11 +68,19 @@ def cast(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...],
 def cast_rows(mesh: Mesh, ray_scene: RayScene, nets: Nets, start: int, stop: int) -> np.ndarray:
     """What the rays from patches start to stop meet (stop − start, rays), INSIDE for covered ones, which cast
     none: alike for equal `start` and `stop`, whichever core or machine asks."""
-    open_ = np.flatnonzero(ray_scene.exposed[start:stop])
     square = nets.draw(start, stop)
     hits = np.full(square.shape[:2], INSIDE, dtype=np.int32)
-    hits[open_] = _met(mesh, ray_scene, start + open_, square[open_])
-    return hits
+    if mesh.gathering is None:
+        open_ = np.flatnonzero(ray_scene.exposed[start:stop])
+        hits[open_] = _met(mesh, ray_scene, start + open_, square[open_])
+        return hits
+    groups, of = np.arange(start, stop), mesh.gathering
+    alone = np.flatnonzero((of.size[groups] == 1) & ray_scene.exposed[of.first[groups]])
+    hits[alone] = _met(mesh, ray_scene, of.first[groups[alone]], square[alone])
+    some = np.flatnonzero((of.size[groups] > 1) & (of.exposed_share[groups] > 0))
+    patch, square = of.pick(groups[some], square[some])
+    hits[some] = _met(mesh, ray_scene, patch.ravel(), square.reshape(-1, 1, 4)).reshape(patch.shape)
+    return np.where(hits >= 0, of.group[hits], hits)
 
 
 def _met(mesh: Mesh, ray_scene: RayScene, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
@@ -133,10 +141,11 @@ def count(mesh: Mesh, hits: np.ndarray, dense: bool = True) -> Exchange:
     stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
     grows with the number of patches, not its square."""
     n = len(hits)
-    open_ = openness(hits, mesh.exposed_share)
-    areas = mesh.area * open_.exposed
+    of = mesh.unknowns
+    open_ = openness(hits, of.exposed_share)
+    areas = of.area * open_.exposed
     given, between = tallied(mesh, hits, areas, open_.lost)
-    error, pair = reciprocity(between, np.bincount(mesh.surface, areas))
+    error, pair = reciprocity(between, np.bincount(of.surface, areas))
     matrix = SplitSymmetric(given, given.T.tocsr(), np.zeros(n))
     if dense and better_dense(n, 2 * hits.size):
         matrix = matrix.toarray()
@@ -153,8 +162,9 @@ def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -
     counts of a pair the smaller patch's is the better: their variances are as the areas, and so the pair's
     two are weighted.
     """
-    counts, surfaces = tallies(hits, len(hits)), mesh.surface.max() + 1
-    share, step = mesh.area / hits.shape[1] / (1 - lost), max(1, CHUNK // hits.shape[1])
+    of = mesh.unknowns
+    counts, surfaces = tallies(hits, len(hits)), of.surface.max() + 1
+    share, step = of.area / hits.shape[1] / (1 - lost), max(1, CHUNK // hits.shape[1])
     between = np.zeros((-(-len(hits) // step), surfaces**2))
 
     def weigh(start: int, stop: int) -> None:
@@ -164,7 +174,7 @@ def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -
         other = areas[column]
         worth = np.where((own > 0) & (other > 0), share[row] * counts.data[part], 0.0)
         counts.data[part] = worth * other / np.where(worth > 0, own + other, 1.0)
-        pairs = mesh.surface[row] * surfaces + mesh.surface[column]
+        pairs = of.surface[row] * surfaces + of.surface[column]
         between[start // step] = np.bincount(pairs, worth, surfaces**2)
 
     in_threads(weigh, len(hits), step)

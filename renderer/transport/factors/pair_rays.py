@@ -78,7 +78,7 @@ def probe_pairs(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...
 
     All pairs have as many rays, together no more than the hemispheres would, but two at the least.
     """
-    if len(mesh.patches) > MAX_PATCHES_FOR_PAIR_RAYS:
+    if mesh.group is not None or len(mesh.patches) > MAX_PATCHES_FOR_PAIR_RAYS:
         return None
     open_ = probed(mesh, ray_scene, (*seed, 0))
     if not open_.exposed.any():

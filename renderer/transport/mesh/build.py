@@ -21,6 +21,7 @@ from renderer.transport.mesh.contacts import (
     standing,
     turned,
 )
+from renderer.transport.mesh.gathering import gathered
 from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.mesh.triangulation import triangulated, without
 
@@ -142,17 +143,19 @@ class _Builder:
         self.luminaires = luminaires
         self.close, self.in_gap = close, close * IN_GAP / CLOSE_TO_LAMP
         self.vertices, self.patches, self.surface = [], [], []
-        self.vertex_surface, self.twin, self.exposed = [], [], []
+        self.vertex_surface, self.twin, self.exposed, self.facet = [], [], [], []
         self.n_vertices = self.n_patches = 0
 
-    def add(self, vertices, patches, surface, vertex_surface, sides=FRONT, sheet=False):
-        """Add patches (k, 4) of vertices (n, 3); of a sheet their backs too. sides : which face air (2,)"""
+    def add(self, vertices, patches, surface, vertex_surface, sides=FRONT, sheet=False, facet=False):
+        """Add patches (k, 4) of vertices (n, 3); of a sheet their backs too. sides : which face air (2,);
+        facet : whether they may be gathered"""
         a, b, c = vertices[patches[:, :3]].swapaxes(0, 1)
         longest2 = np.maximum(((b - a)**2).sum(axis=1), ((c - a)**2).sum(axis=1))
         keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > SLIVER * longest2
         patches, surface = patches[keep], surface[keep]
         k, front = len(patches), self.n_patches
         self._append(vertices, patches, surface, vertex_surface, sides[0])
+        self.facet += [np.full(k, facet)] * (1 + sheet)
         if not sheet:
             self.twin.append(np.full(k, -1))
             return
@@ -298,7 +301,7 @@ class _Builder:
         doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         faces = faces[np.linalg.norm(doubled, axis=1) > self.touch**2]
         self.add(vertices, np.column_stack([faces, faces[:, 2]]), np.full(len(faces), index), index, sides,
-                 self.two_sided[index])
+                 self.two_sided[index], facet=True)
 
     def add_face(self, index: int, luminaire: Luminaire, sides=FRONT) -> None:
         """Add a luminaire's front; and its back, of one that hangs free."""
@@ -312,4 +315,6 @@ class _Builder:
         covered = ~np.concatenate(self.exposed)
         mesh = Mesh(*arrays, covered, obstacles, blockers, shell, solids)
         covered, partly = covered_by_contact(mesh, faces, self.touch)
-        return replace(mesh, covered=covered, partly=partly)
+        group = gathered(mesh.centroid, mesh.normal, mesh.area, mesh.surface, np.concatenate(self.facet),
+                         self.patch_size)
+        return replace(mesh, covered=covered, partly=partly, group=group)

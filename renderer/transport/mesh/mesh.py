@@ -7,6 +7,7 @@ from scipy import sparse
 
 from renderer.system.lazy import cached_property
 from renderer.transport.mesh.edge_lines import Lines, lines_of
+from renderer.transport.mesh.gathering import Gathering
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class Mesh:
     shell : (k, 3, 3) the room's whole surface as triangles, normals inward [m]
     solids : (k, 3, 3) the surfaces of all solids as triangles, normals outward [m]
     partly : of patches that another surface covers in part, what is left in s and t, as shapely's
+    group : (n_patches,) which unknown each patch is of, where facets are gathered; else None
     """
 
     vertices: np.ndarray
@@ -38,6 +40,7 @@ class Mesh:
     shell: np.ndarray
     solids: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
     partly: dict[int, object] = field(default_factory=dict)
+    group: np.ndarray | None = None
 
     @cached_property
     def exposed_share(self) -> np.ndarray:
@@ -46,6 +49,31 @@ class Mesh:
         for patch, left in self.partly.items():
             share[patch] = left.area / (0.5 if self.triangular[patch] else 1.0)
         return share
+
+    @cached_property
+    def gathering(self) -> Gathering | None:
+        """The groups of patches that are one unknown each; None where every patch is one."""
+        if self.group is None:
+            return None
+        return Gathering(self.group, self.area, self.exposed_share, self.surface)
+
+    @property
+    def unknowns(self) -> "Mesh | Gathering":
+        """What has `area`, `exposed_share` and `surface` of each unknown."""
+        return self.gathering or self
+
+    @property
+    def count(self) -> int:
+        """How many unknowns there are."""
+        return len(self.patches) if self.group is None else len(self.gathering.size)
+
+    @cached_property
+    def gathered(self) -> np.ndarray:
+        """Which vertices are of patches gathered with others (n_vertices,)."""
+        found = np.zeros(len(self.vertices), dtype=bool)
+        if self.group is not None:
+            found[self.patches[self.gathering.size[self.group] > 1]] = True
+        return found
 
     @cached_property
     def bounds(self) -> np.ndarray:

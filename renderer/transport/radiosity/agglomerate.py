@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from renderer.transport.factors.exchange import Exchange, SplitSymmetric
+from renderer.transport.mesh.gathering import Gathered
 from renderer.transport.mesh.mesh import Mesh
 
 LONGER = 1.25
@@ -63,7 +64,9 @@ def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
         longer = max(LONGER, _size(areas) / size if size else 1.0)
     member = membership(of)
     whole = exchange.matrix
-    if isinstance(whole, SplitSymmetric):
+    if isinstance(whole, Gathered):
+        matrix = whole.between(member)
+    elif isinstance(whole, SplitSymmetric):
         given = member @ whole.given @ member.T
         matrix = (given + given.T).toarray() + np.diag(np.bincount(of, whole.diagonal))
     else:

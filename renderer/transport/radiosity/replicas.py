@@ -39,7 +39,7 @@ def half_samples(pair_visibility: PairVisibility, whole: np.ndarray, parts: int,
 def independent(mesh: Mesh, exchange: Exchange, hits: np.ndarray, parts: int, x: np.ndarray) -> np.ndarray:
     """D x (parts, n, k) for the independent parts of rays all over the hemispheres, of `cast`, each counted
     by itself. x : (n, k)"""
-    open_ = openness(hits, mesh.exposed_share)
+    open_ = openness(hits, mesh.unknowns.exposed_share)
     whole = exchange.matrix @ x
     more = np.empty((parts, *x.shape))
     for part, met in enumerate(np.split(hits, parts, axis=1)):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from renderer.errors import SolveError
-from renderer.transport.factors.exchange import Exchange, SplitSymmetric
+from renderer.transport.factors.exchange import Exchange
 from renderer.transport.radiosity.krylov import Krylov
 
 TOLERANCE, TOLERANCE_OF_LARGE = 1e-11, 5e-7
@@ -165,7 +165,7 @@ def _conjugate_gradients(matrix, left, side: np.ndarray, right: np.ndarray, goal
 def _product(matrix, x: np.ndarray) -> np.ndarray:
     """S x (n_patches, k) of a symmetric matrix, a dense one the way that takes it least: few columns one by
     one, in double precision from the left."""
-    if isinstance(matrix, SplitSymmetric):
+    if not isinstance(matrix, np.ndarray):
         return matrix @ x
     if x.shape[1] < COLUMNS_OF_A_MATRIX_PRODUCT:
         return np.stack([matrix @ column for column in x.T], axis=1)
