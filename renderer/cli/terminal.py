@@ -153,7 +153,7 @@ def show_laws(solutions: list) -> None:
         shared = [s for s in solutions if s.transport is transport]
         names = ", ".join(dict.fromkeys(s.scene.title for s in shared))
         balance = max(s.energy_balance_error for s in shared)
-        tell(f"{names}: {len(transport.mesh.patches)} patches, {transport.rays} rays; errors of closure "
+        tell(f"{names}: {transport.mesh.count} patches, {transport.rays} rays; errors of closure "
               f"{transport.exchange.closure_error:.1e}, reciprocity "
               f"{transport.exchange.reciprocity_error:.1e}, energy balance {balance:.1e}")
 

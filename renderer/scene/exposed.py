@@ -20,6 +20,8 @@ OFF_SURFACE = 1e-7
 in contact."""
 OPPOSITE = 1e-9
 """How far from −1 the cosine between the normals of two faces in contact may be."""
+FINE = 3000
+"""Triangles of all bodies from which facets that nothing comes near are looked at together."""
 PAIRS_AT_ONCE = 1 << 20
 """Pairs of faces and triangles looked at together."""
 
@@ -91,11 +93,56 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
         own = [piece for (_, piece), k in zip(pieces, of_solid, strict=True) if k == solid]
         volume = trimesh.triangles.mass_properties(np.concatenate([p.triangles for p in own])).volume
         shells.append(Shell(np.concatenate([p.triangles for p in own]), 1, -1.0 if volume < 0 else 0.0))
-    for (index, piece), solid in zip(pieces, of_solid, strict=True):
+    fine, alone = sum(len(piece.faces) for _, piece in pieces) > FINE, []
+    for place, ((index, piece), solid) in enumerate(zip(pieces, of_solid, strict=True)):
         parts = bodies[index].parts if count[index] == 1 else flat_parts(piece)
-        faces += _faces(len(whole) + index, int(solid) + 1 if solid >= 0 else -1, parts)
+        shell = int(solid) + 1 if solid >= 0 else -1
+        if fine and len(parts.triangles):
+            others = [s.triangles for k, s in enumerate(shells) if k != shell]
+            others += [p.triangles for k, (_, p) in enumerate(pieces) if of_solid[k] < 0 and k != place]
+            clear = _clear(parts.triangles, np.concatenate(others), OFF_SURFACE * room.scale)
+            alone.append((len(whole) + index, shell, parts.triangles[clear]))
+            parts = Parts(parts.rectangles, parts.polygons, parts.triangles[~clear])
+        faces += _faces(len(whole) + index, shell, parts)
     whole += [body.parts for body in bodies]
-    return _Arrangement(room.scale, shells, faces).exposed(whole)
+    arrangement = _Arrangement(room.scale, shells, faces)
+    return _with_facets(arrangement, arrangement.exposed(whole, {surface for surface, _, _ in alone}), alone)
+
+
+def _clear(triangles: np.ndarray, others: np.ndarray, off: float) -> np.ndarray:
+    """Which triangles (k, 3, 3) have a box that no box of others (m, 3, 3) touches (k,)."""
+    import shapely
+
+    low, high = triangles.min(axis=1) - off, triangles.max(axis=1) + off
+    least, most = others.min(axis=1), others.max(axis=1)
+    near = (least <= high.max(axis=0)).all(axis=1) & (most >= low.min(axis=0)).all(axis=1)
+    least, most = least[near], most[near]
+    tree = shapely.STRtree(shapely.box(*least[:, :2].T, *most[:, :2].T))
+    one, other = tree.query(shapely.box(*low[:, :2].T, *high[:, :2].T))
+    touching = (low[one, 2] <= most[other, 2]) & (high[one, 2] >= least[other, 2])
+    clear = np.ones(len(triangles), dtype=bool)
+    clear[one[touching]] = False
+    return clear
+
+
+def _with_facets(arrangement: "_Arrangement", found: list[Exposed],
+                 alone: list[tuple[int, int, np.ndarray]]) -> list[Exposed]:
+    """The same with facets that nothing else comes near, which are exposed or buried as a whole.
+
+    alone : of each piece its surface, its shell (−1 of a sheet) and such triangles (k, 3, 3)
+    """
+    for surface, shell, triangles in alone:
+        normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        normals *= arrangement.off / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+        middles = triangles.mean(axis=1)
+        sides = np.zeros((len(triangles), 2), dtype=bool)
+        for side, way in enumerate((1, -1) if shell < 0 else (1,)):
+            sides[:, side] = arrangement.solids_at(shell, middles + way * normals) <= 0
+        before = found[surface]
+        parts = Parts(before.parts.rectangles, before.parts.polygons,
+                      np.concatenate([before.parts.triangles, triangles]))
+        found[surface] = Exposed(parts, (*before.sides[:2], np.concatenate([before.sides[2], sides])))
+    return found
 
 
 def _faces(surface: int, shell: int, parts: Parts) -> list[_Face]:
@@ -129,10 +176,21 @@ class _Arrangement:
                        for k, found in self.crossing.items() for t in found}
         self.levels: dict[tuple[int, int], float] = {}
 
-    def exposed(self, whole: list[Parts]) -> list[Exposed]:
-        """Of each surface what is exposed; whole : the surfaces' flat parts."""
+    def solids_at(self, shell: int, points: np.ndarray) -> np.ndarray:
+        """How many shells enclose points (k, 3) just off faces of one (−1: of a sheet) that no other touches,
+        in what is not air (k,)."""
+        total = np.full(len(points), self.shells[shell].own if shell >= 0 else 0.0)
+        for index, other in enumerate(self.shells):
+            near = ((self.low[index] <= points) & (points <= self.high[index])).all(axis=1) | (index == 0)
+            if index != shell and near.any():
+                total[near] += other.solid_at(points[near])
+        return total
+
+    def exposed(self, whole: list[Parts], new: set[int] = frozenset()) -> list[Exposed]:
+        """Of each surface what is exposed; whole : the surfaces' flat parts; new : of which not all are
+        faces here."""
         kept: list[list] = [[] for _ in whole]
-        changed = [False] * len(whole)
+        changed = [k in new for k in range(len(whole))]
         for k, face in enumerate(self.faces):
             for piece, sides, cut in self._pieces(k, face):
                 changed[face.surface] |= cut

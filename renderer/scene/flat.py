@@ -100,14 +100,14 @@ def flat_parts(mesh: trimesh.Trimesh, scale: float | None = None) -> Parts:
     scale = scale or float(np.ptp(mesh.bounds, axis=0).max())
     touch = COPLANAR_TOLERANCE * scale
     group = _coplanar(mesh, touch)
-    order = np.argsort(group, kind="stable")
-    groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
-    rectangles, polygons, rest = [], [], []
+    every = np.asarray(mesh.triangles)
+    facet = (np.bincount(group)[group] == 1) & (mesh.area_faces < MIN_POLYGON_SHARE * scale**2)
+    rectangles, polygons, rest = [], [], [np.flatnonzero(facet)]
+    order = np.flatnonzero(~facet)
+    order = order[np.argsort(group[order], kind="stable")]
+    groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1) if len(order) else []
     for faces in groups:
-        triangles = mesh.triangles[faces]
-        if len(faces) == 1 and mesh.area_faces[faces[0]] < MIN_POLYGON_SHARE * scale**2:
-            rest.append(faces)
-            continue
+        triangles = every[faces]
         crosses = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
         normal, area = crosses.sum(axis=0), np.linalg.norm(crosses, axis=1).sum() / 2
         normal /= np.linalg.norm(normal) or 1.0
@@ -127,8 +127,7 @@ def flat_parts(mesh: trimesh.Trimesh, scale: float | None = None) -> Parts:
             polygons.append(polygon)
         else:
             rest.append(faces)
-    kept = np.concatenate(rest) if rest else np.zeros(0, dtype=int)
-    return Parts(tuple(rectangles), tuple(polygons), mesh.triangles[kept])
+    return Parts(tuple(rectangles), tuple(polygons), every[np.sort(np.concatenate(rest))])
 
 
 def _coplanar(mesh: trimesh.Trimesh, touch: float) -> np.ndarray:

@@ -103,7 +103,7 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     meshes = [build_mesh(scene, each.patch_size) for each in (plan, plan.times(2))]
     band_set = scene.band_set(bands)
     first, *_ = distinct_bands(scene.reflectance(band_set), scene.flux(band_set))
-    size, pilot = size_of(*meshes), run_pilot(scene, plan, len(meshes[0].patches))
+    size, pilot = size_of(*meshes), run_pilot(scene, plan, meshes[0].count)
     one = _seconds_of_a_pair(meshes[1]), _seconds_of_a_ray(meshes[1]) if plan.rays else 0.0
     stages, each = [], plan
     while each is not None:

@@ -61,7 +61,7 @@ def make_mesh_sequence(light: RadiosityField, plan: Plan, store: TransportStore)
 
     # Like with like: factors of middles and of whole patches err apart, and might err together by chance.
     like = replace(plan, across=transport.pair_visibility is not None or not plan.rays)
-    patches = len(transport.mesh.patches)
+    patches = transport.mesh.count
     times = max(2.0, float(np.sqrt(patches / MAX_PATCHES_OF_COARSER)))
     coarser = [partial(on_another, like.times(k * times)) for k in (1, 2)]
     (fine, samples), *others = run_concurrently(on_this, *coarser)

@@ -61,8 +61,8 @@ class Size:
 
 def size_of(mesh: Mesh, other: Mesh) -> Size:
     """The size of two meshes: where a few small patches are about lamps, the large ones tell the error."""
-    return Size(len(mesh.patches), len(mesh.vertices), mesh.size**2, len(other.patches), len(other.vertices),
-                other.size**2)
+    return Size(mesh.count, int((~mesh.gathered).sum()), mesh.size**2, other.count,
+                int((~other.gathered).sum()), other.size**2)
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def run_pilot(scene: Scene, plan: Plan, patches: int) -> Pilot:
     coarse = replace(coarse, rays=plan.rays and RAYS)
     watch = Watch()
     solution = solve(scene, "rgb", plan=coarse, store=TransportStore(watch))
-    transport, n = solution.transport, len(solution.transport.mesh.patches)
+    transport, n = solution.transport, solution.transport.mesh.count
     pairs = _in_doubt(transport)
     lamp_rays = (transport.rays - between(n, pairs, coarse.rays)) / n
     other = solution.mesh_sequence.meshes[1].transport
@@ -139,12 +139,13 @@ def run_pilot(scene: Scene, plan: Plan, patches: int) -> Pilot:
     solution.make_ready()  # so that what all meters share is not taken for theirs
     figures, seconds, cast = _read(solution)
     return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, pairs / n**2, solution.quadrature, figures,
-                 seconds, cast, direct / (n + len(other.mesh.patches)), max(0.0, lamp_rays))
+                 seconds, cast, direct / (n + other.mesh.count), max(0.0, lamp_rays))
 
 
 def _in_doubt(transport: Transport) -> int:
     """Pairs of patches between which something may stand, whether rays went between those alone or not."""
-    if transport.ray_scene is None or len(transport.mesh.patches) > MAX_PATCHES_FOR_PAIR_RAYS:
+    if (transport.ray_scene is None or transport.mesh.group is not None
+            or len(transport.mesh.patches) > MAX_PATCHES_FOR_PAIR_RAYS):
         return 0
     if transport.pair_visibility is not None:
         return transport.pair_visibility.pairs.shape[1]

@@ -58,7 +58,7 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
         wanted, figures = read(solution)
         if watch.stopped or not left or scene.solver.patch_size:
             break
-        plan = finer(solution.plan, len(solution.transport.mesh.patches), figures, asked)
+        plan = finer(solution.plan, solution.transport.mesh.count, figures, asked)
         if plan is None:
             break
         progress(f"{scene.title}: {missed(figures, asked)[0].name!r} is not known to {asked:.2%} yet; "

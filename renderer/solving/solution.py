@@ -41,7 +41,7 @@ class Solution(RadiosityField):
 
     def __repr__(self) -> str:
         return (f"Solution({self.scene.title!r}, {self.bands.name} bands, "
-                f"{len(self.transport.mesh.patches)} patches)")
+                f"{self.transport.mesh.count} patches)")
 
     def photometer(self, position, normal, name: str = "photometer") -> Reading:
         """Read a meter at a point (3,) [m] that faces along normal (3,). Raises InputError."""

@@ -10,7 +10,7 @@ FACETS_PER_PATCH = 4
 """Nor are facets gathered that are no smaller than this part of a patch, in the mean."""
 DIRECTIONS = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)], dtype=float) - 1
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1)[:, None]
-"""Unit vectors (26, 3) to a cube's faces, edges and corners: facets that face the same one are of one patch."""
+"""Unit vectors (26, 3) to a cube's faces, edges and corners: facets that face one of these are gathered."""
 
 
 def gathered(middles: np.ndarray, normals: np.ndarray, areas: np.ndarray, surface: np.ndarray,

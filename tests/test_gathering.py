@@ -1,0 +1,73 @@
+"""Facets gathered into patches: as many unknowns as a shape's size needs, and the same light."""
+
+import numpy as np
+import pytest
+import trimesh
+
+import renderer
+from renderer.transport.mesh import gathering
+from renderer.transport.mesh.build import build_mesh
+from renderer.transport.mesh.gathering import Gathering
+
+LAMP = {"shape": "rectangle", "center": [2.0, 2.0, 2.99], "normal": [0, 0, -1], "size": [1.0, 1.0],
+        "flux": 4000}
+
+
+@pytest.fixture
+def lumpy(tmp_path, room):
+    """A room with a lumpy ball of 5,120 facets, as a solid or, its top taken off, as a sheet."""
+
+    def make(rho=0.5, **more):
+        ball = trimesh.creation.icosphere(subdivisions=4, radius=0.5)
+        ball.vertices *= 1 + 0.2 * np.sin(9 * ball.vertices[:, [0]]) * np.cos(7 * ball.vertices[:, [2]])
+        if more.pop("cut", False):
+            ball.update_faces(ball.triangles_center[:, 2] < 0.3)
+        ball.export(tmp_path / "ball.obj")
+        thing = {"mesh": str(tmp_path / "ball.obj"), "position": [2.0, 1.5, 0.8]}
+        meters = [{"position": [1.0, 1.0, 0.0]}, {"position": [2.0, 2.6, 0.75]}]
+        return room(rho, objects=[thing], luminaires=[LAMP], photometers=meters, **more), ball.area
+
+    return make
+
+
+def test_a_finely_tessellated_ball_has_few_unknowns(lumpy):
+    scene, _ = lumpy()
+    mesh = build_mesh(scene, scene.luminaires, 0.25)
+    ball = mesh.surface == list(scene.surface_names).index("object")
+    assert ball.sum() == 5120
+    assert len(np.unique(mesh.group[ball])) < 300
+    other = mesh.group[~ball]
+    assert len(np.unique(other)) == len(other)
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_energy_is_kept_and_spread_as_it_must(lumpy, cut):
+    scene, area = lumpy(cut=cut)
+    solution = renderer.solve(scene, "rgb", 0.05)
+    exchange = solution.transport.exchange
+    assert solution.energy_balance_error < 1e-6
+    area = scene.room.area + area * (1 + cut) + 1.0  # the panel hangs a centimetre off: its back, too
+    assert exchange.areas.sum() == pytest.approx(area + 1.0, rel=2e-3)
+    # All that reflects does so alike but the panel, which is black.
+    np.testing.assert_allclose(exchange.matrix @ np.ones(len(exchange.areas)), exchange.areas, rtol=1e-6,
+                               atol=1e-12)
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_readings_are_those_of_all_facets(lumpy, monkeypatch, cut):
+    scene, _ = lumpy(0.7, cut=cut)
+    readings = [renderer.solve(scene, "rgb", 0.05).photometers()]
+    monkeypatch.setattr(gathering, "MIN_FACETS", 10**9)
+    readings.append(renderer.solve(scene, "rgb", 0.05).photometers())
+    for few, all_ in zip(*readings, strict=True):
+        assert abs(few.total_lx - all_.total_lx) < np.hypot(few.uncertainty, all_.uncertainty)
+
+
+def test_places_on_a_group_are_even_over_its_facets():
+    area = np.array([1.0, 3.0, 2.0, 4.0])
+    of = Gathering(np.array([0, 0, 1, 0]), area, np.array([1.0, 1.0, 1.0, 0.0]), np.zeros(4, int))
+    square = (np.arange(4000) + 0.5)[None, :, None] / 4000 * np.ones(2)
+    patch, fresh = of.pick(np.array([0]), square)
+    np.testing.assert_array_equal(np.bincount(patch[0], minlength=4), [1000, 3000, 0, 0])
+    np.testing.assert_allclose(fresh[0, :1000, 0], square[0, ::4, 0] * 1.0, atol=1e-3)
+    np.testing.assert_allclose(of.weights(np.ones(2)).toarray(), [[0.25, 0.75, 0, 0], [0, 0, 1, 0]])
