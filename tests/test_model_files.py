@@ -269,6 +269,15 @@ def test_strips_of_a_ply_file(tmp_path):
     np.testing.assert_allclose(newell(file.vertices, file.corners, file.sizes)[:, 2], 0.5)
 
 
+def test_a_ply_header_that_is_wrong_about_what_follows_the_corners(tmp_path):
+    path = tmp_path / "face.ply"
+    path.write_text("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                    "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                    "property list uchar float texcoord\nproperty uchar red\nend_header\n"
+                    "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0.6 0.4 0.6 0.4 0.6 0.4 9 1 1 1 1 1 1 1 1 1\n")
+    assert area(model(path)) == pytest.approx(0.5)
+
+
 def gltf(tmp_path, *, change=None, binary=None):
     """A glTF file of a 1 m square in its xy plane, its buffer beside it."""
     data = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4").tobytes()

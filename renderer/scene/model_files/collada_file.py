@@ -33,6 +33,9 @@ def read_collada(data: bytes, beside: Beside) -> ModelFile:
         roots = document.scene.nodes
     colours = _Colours(beside)
     pieces = [piece for node in roots for piece in _below(node, np.eye(4), (), colours, 0)]
+    if not pieces and document.errors:
+        said = " ".join(str(getattr(document.errors[-1], "msg", document.errors[-1])).split())[:80]
+        raise Unreadable(f"is faulty COLLADA, of which no face can be read ({said}); export it again")
     info = document.assetInfo
     metres = float(getattr(info, "unitmeter", None) or 1.0)
     axis = getattr(info, "upaxis", None) or "Y_UP"

@@ -10,6 +10,7 @@ from renderer.scene.model_files.textures import srgb_decoded
 TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
          "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
          "float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
+CORNERS = ("vertex_indices", "vertex_index")
 FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -25,7 +26,7 @@ class _Element:
 def read_ply(data: bytes) -> ModelFile:
     """A PLY file; its vertex colours, where all are alike, are its colour."""
     order, elements, body = _header(data)
-    read = _Text(body.split()) if not order else _Binary(body, order)
+    read = _Text(body.splitlines()) if not order else _Binary(body, order)
     vertices, colour, found = None, None, []
     for element in elements:
         columns = read.element(element)
@@ -65,6 +66,8 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
         elif words[:1] == ["property"] and elements:
             length = TYPES[words[2]] if words[1] == "list" else ""
             elements[-1].properties.append((words[-1], TYPES[words[-2]], length))
+    if any(not element.properties for element in elements):
+        raise Unreadable("has a header that says nothing of one of its elements; export it again")
     if order is None:
         raise Unreadable("is of no format that PLY has; export it again")
     if any(element.count < 0 or element.count > len(data) for element in elements):
@@ -73,38 +76,42 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
 
 
 class _Text:
-    """Rows of a text file, word after word."""
+    """Rows of a text file, one a line."""
 
-    def __init__(self, words: list[bytes]):
-        self.words, self.at = words, 0
+    def __init__(self, lines: list[bytes]):
+        self.lines, self.at = [line for line in lines if line.strip()], 0
 
     def element(self, element: _Element) -> dict:
         """Values of each property: an array (count,), or of a list all values and each row's length."""
+        rows = [line.split() for line in self.lines[self.at:self.at + element.count]]
+        self.at += element.count
+        if len(rows) < element.count:
+            raise Unreadable("is cut short; copy it again")
+        width = len(element.properties)
         if not any(length for *_, length in element.properties):
-            width = len(element.properties)
-            stop = self.at + element.count * width
-            if stop > len(self.words):
-                raise Unreadable("is cut short; copy it again")
-            table = np.array(self.words[self.at:stop], dtype=float).reshape(element.count, width)
-            self.at = stop
+            table = np.array([row[:width] for row in rows], dtype=float).reshape(element.count, width)
             return {name: table[:, k] for k, (name, *_) in enumerate(element.properties)}
-        columns = {name: ([], []) if length else [] for name, _, length in element.properties}
-        for _ in range(element.count):
-            for name, kind, length in element.properties:
+        # What follows the corners of a face is not needed, and headers are often wrong about it.
+        known = next((k for k, (name, *_) in enumerate(element.properties) if name in CORNERS), width - 1)
+        columns = {name: ([], []) if length else [] for name, _, length in element.properties[:known + 1]}
+        for row in rows:
+            at = 0
+            for name, kind, length in element.properties[:known + 1]:
                 if length:
-                    count = int(self._take(1)[0])
-                    columns[name][0].extend(map(float if kind[0] == "f" else int, self._take(count)))
+                    count = int(row[at])
+                    columns[name][0].extend(map(_number(kind), row[at + 1:at + 1 + count]))
                     columns[name][1].append(count)
+                    at += 1 + count
                 else:
-                    columns[name].append(float(self._take(1)[0]))
+                    columns[name].append(float(row[at]))
+                    at += 1
+            if at > len(row):
+                raise Unreadable("has a face of fewer corners than it says; export it again")
         return columns
 
-    def _take(self, count: int) -> list[bytes]:
-        found = self.words[self.at:self.at + count]
-        if count < 0 or len(found) < count:
-            raise Unreadable("is cut short; copy it again")
-        self.at += count
-        return found
+
+def _number(kind: str) -> type:
+    return float if kind[0] == "f" else int
 
 
 class _Binary:
