@@ -51,7 +51,7 @@ def membership(of: np.ndarray) -> sparse.csr_array:
 
 def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
     """Groups of neighbouring patches of one surface that face about alike, two by two where they are even."""
-    size = _size(exchange.areas)
+    size = _size(exchange.areas if mesh.group is None else np.bincount(mesh.group, exchange.areas))
     for cells in CELLS:
         of = _groups(mesh, cells)
         areas = np.bincount(of, exchange.areas)
@@ -83,8 +83,10 @@ def _size(areas: np.ndarray) -> float:
 
 def _groups(mesh: Mesh, cells: float) -> np.ndarray:
     """The group of each patch (n_patches,): in cells so many times as long as patches of its size."""
-    octave = np.ceil(np.log2(np.sqrt(mesh.area)) - 1e-6)
-    cell = np.floor((mesh.centroid - mesh.bounds[0]) / (cells * 2.0**octave)[:, None])
-    facing = np.round(1.5 * mesh.normal)
-    key = np.column_stack([mesh.surface, mesh.twin >= 0, octave, facing, cell]).astype(np.int64)
-    return np.unique(key, axis=0, return_inverse=True)[1].ravel()
+    one = slice(None) if mesh.gathering is None else mesh.gathering.first  # of gathered facets the first
+    octave = np.ceil(np.log2(np.sqrt(mesh.unknowns.area)) - 1e-6)
+    cell = np.floor((mesh.centroid[one] - mesh.bounds[0]) / (cells * 2.0**octave)[:, None])
+    facing = np.round(1.5 * mesh.normal[one])
+    key = np.column_stack([mesh.surface[one], mesh.twin[one] >= 0, octave, facing, cell]).astype(np.int64)
+    of = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+    return of if mesh.group is None else of[mesh.group]
