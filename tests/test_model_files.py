@@ -21,6 +21,7 @@ from renderer.scene.model_files.heap import areas, volumes
 from renderer.scene.model_files.model import read_model
 from renderer.scene.model_files.read import read_polygons
 from renderer.scene.model_files.triangulate import newell, triangulated
+from renderer.scene.surface_names import surface_names
 
 CASES = Path(__file__).parent / "cases" / "geometry"
 
@@ -490,6 +491,95 @@ def test_what_the_scene_names_goes_before_what_the_file_says(tmp_path):
         chair(tmp_path, 'materials = { lag = "red" }')
     with pytest.raises(renderer.InputError, match=r"missing, and chair\.obj gives its part 'wood' no colour"):
         chair(tmp_path, library="")
+
+
+ROOM = """mtllib room.mtl
+v 0 0 0
+v 4 0 0
+v 0 4 0
+v 4 4 0
+v 0 0 3
+v 4 0 3
+v 0 4 3
+v 4 4 3
+usemtl boards
+f 1 2 4 3
+usemtl plaster
+f 5 7 8 6
+f 1 5 6 2
+f 3 4 8 7
+f 1 3 7 5
+o door
+f 2 6 8 4
+"""
+IN_ROOM = """[room]
+mesh = "room.obj"
+{}
+[materials.grey]
+reflectance = 0.5
+[[luminaires]]
+shape = "point"
+center = [2, 2, 2.5]
+flux = 1000
+[[photometers]]
+position = [1, 1.5, 0.8]
+"""
+
+
+def coloured_room(tmp_path, more="", faces=ROOM):
+    (tmp_path / "room.obj").write_text(faces)
+    (tmp_path / "room.mtl").write_text("newmtl boards\nKd 1 0 0\nnewmtl plaster\nKd 1 1 1\n")
+    (tmp_path / "scene.toml").write_text(IN_ROOM.format(more))
+    return renderer.load(tmp_path / "scene.toml")
+
+
+def painted(scene):
+    return {surface.name: material.name for surface, material in
+            zip(scene.surfaces, scene.materials, strict=False)}
+
+
+def test_a_room_has_the_colours_of_its_file_where_the_scene_names_none(tmp_path):
+    scene = coloured_room(tmp_path)
+    assert painted(scene) == {"boards": "room.obj: boards", "plaster": "room.obj: plaster"}
+    np.testing.assert_allclose(scene.materials[0].rgb, [1, 0, 0])
+    assert scene.files == ["Colours from room.obj, in linear BT.709: boards (1, 0, 0), plaster (1, 1, 1)"]
+    walls = painted(coloured_room(tmp_path, 'walls = "grey"'))
+    assert walls == {"walls": "grey", "boards": "room.obj: boards", "plaster": "room.obj: plaster"}
+    door = painted(coloured_room(tmp_path, 'surfaces = { door = "grey" }'))
+    assert door == {"door": "grey", "boards": "room.obj: boards", "plaster": "room.obj: plaster"}
+
+
+def test_a_part_of_a_room_without_a_colour_is_asked_for(tmp_path):
+    parts = ROOM.replace("usemtl plaster", "usemtl none", 1)
+    with pytest.raises(renderer.InputError, match=r"room\.\w+ is missing.* its file gives no colour"):
+        coloured_room(tmp_path, faces=parts)
+    scene = coloured_room(tmp_path, 'walls = "grey"\nceiling = "grey"', parts)
+    assert painted(scene) == {"ceiling": "grey", "walls": "grey", "boards": "room.obj: boards"}
+
+
+def test_two_colours_of_one_name_are_two_surfaces():
+    names, rgb = [("paint",)] * 2 + [("floor",)], [np.zeros(3), np.ones(3), np.ones(3)]
+    found, colours = surface_names(np.arange(3), names, rgb, np.zeros(3), ([],), ("floor",))
+    assert found.tolist() == ["paint", "paint 2", "floor 2"]
+    assert colours == {"paint": (0, 0, 0), "paint 2": (1, 1, 1), "floor 2": (1, 1, 1)}
+
+
+def test_a_room_of_loose_walls_has_the_colours_of_its_file_too(tmp_path):
+    # Each face has vertices of its own, and there is a gap under the walls: no one surface encloses the room.
+    lines = [line.split() for line in ROOM.splitlines()]
+    corners = [[float(x) for x in line[1:]] for line in lines if line[0] == "v"]
+    loose = ["mtllib room.mtl"]
+    for line in lines:
+        if line[0] == "f":
+            own = [corners[int(k) - 1] for k in line[1:]]
+            lift = 0.001 if len({z for *_, z in own}) > 1 else 0.0
+            loose += [f"v {x} {y} {z + lift * (z == 0)}" for x, y, z in own]
+            loose.append("f -4 -3 -2 -1")
+        elif line[0] in ("usemtl", "o"):
+            loose.append(" ".join(line))
+    scene = coloured_room(tmp_path, faces="\n".join(loose))
+    assert {"boards", "plaster"} <= painted(scene).keys()
+    assert {"room.obj: boards", "room.obj: plaster"} <= set(painted(scene).values())
 
 
 # -- fuzzing -----------------------------------------------------------------------------------------

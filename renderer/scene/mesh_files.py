@@ -1,6 +1,6 @@
 """Rooms in model files: their faces, mended until they are closed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -21,13 +21,14 @@ class Labelled:
     """Triangles as a file holds them.
 
     vertices : (n, 3); faces : (k, 3)
-    part : (k,) index into `names`; names : for each part what the file calls it, most specific first
+    part : (k,) index into `names` and `colours`; names, colours : of each part, as in `Polygons`
     """
 
     vertices: np.ndarray
     faces: np.ndarray
     part: np.ndarray
     names: list[tuple[str, ...]]
+    colours: list[np.ndarray | None]
 
 
 def read_mesh(path: Path, where: str, units: str | None = None, up: str | None = None,
@@ -35,7 +36,7 @@ def read_mesh(path: Path, where: str, units: str | None = None, up: str | None =
     """Read a model file in metres and z up; arguments as for `read_polygons`. Raises InputError."""
     file = read_polygons(path, where, 1.0, units, up, root)
     faces, polygon = triangulated(file.vertices, file.corners, file.sizes)
-    return Labelled(file.vertices, faces, file.part[polygon], file.names)
+    return Labelled(file.vertices, faces, file.part[polygon], file.names, file.colours)
 
 
 def welded(mesh: Labelled) -> Labelled:
@@ -57,7 +58,7 @@ def welded(mesh: Labelled) -> Labelled:
     keep = height > WELD * scale
     _, once = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     keep &= np.isin(np.arange(len(faces)), once)
-    return Labelled(vertices, faces[keep], mesh.part[keep], mesh.names)
+    return replace(mesh, vertices=vertices, faces=faces[keep], part=mesh.part[keep])
 
 
 def mended_junctions(mesh: Labelled) -> Labelled:
@@ -94,8 +95,8 @@ def mended_junctions(mesh: Labelled) -> Labelled:
             fresh += [(p, q, c) for p, q in pairwise(ring)]
             part += [mesh.part[face]] * (len(ring) - 1)
         kept = np.setdiff1d(np.arange(len(faces)), list(split))
-        mesh = Labelled(mesh.vertices, np.vstack([faces[kept], fresh]),
-                        np.concatenate([mesh.part[kept], part]), mesh.names)
+        mesh = replace(mesh, faces=np.vstack([faces[kept], fresh]),
+                       part=np.concatenate([mesh.part[kept], part]))
     return mesh
 
 
@@ -141,7 +142,7 @@ def oriented(mesh: Labelled) -> tuple[Labelled, np.ndarray]:
         faces[flip] = faces[flip, ::-1]
     volume = body_volumes(mesh.vertices, faces, body)
     faces[volume[body] < 0] = faces[volume[body] < 0, ::-1]
-    return Labelled(mesh.vertices, faces, mesh.part, mesh.names), body
+    return replace(mesh, faces=faces), body
 
 
 def body_volumes(vertices: np.ndarray, faces: np.ndarray, body: np.ndarray) -> np.ndarray:

@@ -58,7 +58,7 @@ def place(entry: ObjectTable, where: str, folder: Path, used: Used, upsampling: 
         name = f"{entry.name}: {label}" if len(groups) > 1 and label else entry.name
         found.bodies.append(Body(name, mesh, closed=bool(kind[faces[0]] % 2 == 0)))
         found.materials.append(material)
-    found.said.extend(_colours_said(model, [material for _, material, _ in groups]))
+    found.said.extend(colours_said(model.file, [material for _, material, _ in groups]))
     return found
 
 
@@ -115,11 +115,11 @@ def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsam
     return list(groups.values())
 
 
-def _colours_said(model: Model, materials: list[Material]) -> list[str]:
-    """Which colours are the file's, in a sentence."""
-    own = {m.name: m.rgb for m in materials if m.name.startswith(f"{model.file}: ")}
+def colours_said(file: str, materials: list[Material]) -> list[str]:
+    """Which colours of materials are from a file, in a sentence."""
+    own = {m.name: m.rgb for m in materials if m.name.startswith(f"{file}: ")}
     if not own:
         return []
-    shown = [f"{name.removeprefix(f'{model.file}: ')} ({', '.join(f'{x:.3g}' for x in rgb)})"
+    shown = [f"{name.removeprefix(f'{file}: ')} ({', '.join(f'{x:.3g}' for x in rgb)})"
              for name, rgb in own.items()]
-    return [f"Colours from {model.file}, in linear BT.709: {', '.join(shown)}"]
+    return [f"Colours from {file}, in linear BT.709: {', '.join(shown)}"]

@@ -18,14 +18,15 @@ from renderer.errors import InputError
 from renderer.scene.buried import refuse_buried
 from renderer.scene.grids import make_grids
 from renderer.scene.lighting import resolve_luminaires
-from renderer.scene.objects import place
+from renderer.scene.objects import colours_said, place
 from renderer.scene.project import ProjectTable, checked_requirements
 from renderer.scene.room import Room, box_room, outline_room, refuse_outside, spelt, winding
 from renderer.scene.room_from_mesh import mesh_room
 from renderer.scene.room_in_the_open import room_of_heap
 from renderer.scene.scene import STAND_OFF, Body, Scene
-from renderer.scene.schema import MaterialTable, RoomTable, SceneTable
+from renderer.scene.schema import MaterialTable, SceneTable
 from renderer.scene.spelling import advice
+from renderer.scene.surface_names import FACINGS
 from renderer.scene.values import plain_table, table_with
 from renderer.system.input_files import is_regular_file, parse_toml, read_input, remembered
 from renderer.system.text import quoted
@@ -200,8 +201,8 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
 
     room, own = _room(table, list(materials), path)
     size, (lowest, highest) = np.ptp(room.bounds, axis=0), room.bounds
-    faces = _room_materials(table.room, room, own, used, path)
-    bodies, of_bodies, said = list(own), [], []
+    faces = _room_materials(table, room, own, used, path)
+    bodies, of_bodies, said = list(own), [], colours_said(Path(table.room.mesh or "").name, faces)
     for index, entry in enumerate(table.objects):
         where = f"{path}: objects[{index}]"
         placed = place(entry, where, path.parent, used, table.solver.upsampling)
@@ -264,16 +265,19 @@ def _room(scene: SceneTable, materials: list[str], path: Path) -> tuple[Room, li
     if table.outline is not None:
         return outline_room(table.outline, table.height, f"{path}: room"), []
     file = path.parent / table.mesh, table.units, table.up, list(table.surfaces), materials
+    painted = tuple(key for key in FACINGS if getattr(table, key) is not None)
     try:
-        return mesh_room(*file, f"{path}: room.mesh", path.parent), []
+        return mesh_room(*file, f"{path}: room.mesh", path.parent, painted), []
     except InputError as refusal:
         lamps, meters = [lum.center for lum in scene.luminaires], [p.position for p in scene.photometers]
         return room_of_heap(*file, np.array(lamps + meters, dtype=float).reshape(-1, 3), f"{path}: room.mesh",
-                            path.parent, refusal)
+                            path.parent, refusal, painted)
 
 
-def _room_materials(table: RoomTable, room: Room, own: list[Body], used, path: Path) -> list[Material]:
-    """The material of each surface of the room and of its own bodies: its own, else that of all walls."""
+def _room_materials(scene: SceneTable, room: Room, own: list[Body], used, path: Path) -> list[Material]:
+    """The material of each surface of the room and of its own bodies: its own, its file's, else that of
+    all walls."""
+    table = scene.room
     for name in table.surfaces:
         if name not in room.surfaces and table.outline is not None:
             raise InputError(f"{path}: room.surfaces.{name} is no surface of the room; it has "
@@ -285,13 +289,17 @@ def _room_materials(table: RoomTable, room: Room, own: list[Body], used, path: P
             materials.append(used(table.surfaces[name], f"room.surfaces.{name}"))
         elif name in holes:
             materials.append(Material(name, flat=0.0))
-        elif name not in ("floor", "ceiling", "walls") and table.mesh is not None:
+        elif name in room.colours:
+            materials.append(Material(f"{Path(table.mesh).name}: {name}", rgb=room.colours[name],
+                                      upsampling=scene.solver.upsampling))
+        elif name not in FACINGS and table.mesh is not None:
             materials.append(used(name, f"room.mesh's {name}"))
         else:
             key = name if getattr(table, name, None) or name in ("floor", "ceiling") else "walls"
             if getattr(table, key) is None:
+                more = " and its file gives no colour" if table.mesh else ""
                 raise InputError(f"{path}: room.{key} is missing; the room has such surfaces that "
-                                 "room.surfaces does not name. Give the name of their material.")
+                                 f"room.surfaces does not name{more}. Give the name of their material.")
             materials.append(used(getattr(table, key), f"room.{key}"))
     return materials
 

@@ -39,10 +39,12 @@ class Room:
     """The inside of a closed surface, normals inward.
 
     surfaces : flat parts of each surface, by name; openings : which of them are holes
+    colours : linear BT.709 reflectance of surfaces that have it from the room's file, by name
     """
 
     surfaces: dict[str, Parts]
     openings: tuple[Opening, ...] = field(default=())
+    colours: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     @cached_property
     def shell(self) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Rooms from mesh files: closed, oriented, and divided into named surfaces."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,19 +19,17 @@ from renderer.scene.mesh_files import (
     welded,
 )
 from renderer.scene.room import Opening, Room, outside, spelt
+from renderer.scene.surface_names import FACINGS, surface_names
 
-STEEP = 0.5
-"""A mesh face whose normal rises more than this, as sine, is floor; falls, ceiling; else wall."""
 SHELL = 0.5
 """A body that fills more than this of the room it stands in is the inner side of walls with thickness."""
 
 
 def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
-              where: str, root: Path | None = None) -> Room:
+              where: str, root: Path | None = None, painted: tuple[str, ...] = FACINGS) -> Room:
     """The inside of a mesh from a file. Raises InputError.
 
-    units, up, root : as for read_mesh; named : names in the file that are surfaces of their own, and so is
-    each of `materials` that the file names; other faces are floor, ceiling or walls by the way they face.
+    units, up, root : as for read_mesh; others : as for `surface_names`
     """
     mesh = mended_junctions(welded(read_mesh(path, where, units, up, root)))
     if not len(mesh.faces):
@@ -49,11 +48,9 @@ def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], m
     mesh = _inward(mesh, body, path, where)
     crosses = np.cross(*(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2)))
     rise = crosses[:, 2] / np.linalg.norm(crosses, axis=1)
-    orientation = np.select([rise > STEEP, rise < -STEEP], ["floor", "ceiling"], "walls")
-    own = [next((n for known in (named, openings, materials) for n in names if n in known), None)
-           for names in mesh.names]
-    surface = np.array([own[p] or str(o) for p, o in zip(mesh.part, orientation, strict=True)])
-    order = ["floor", "ceiling", "walls", *named, *materials, *openings]
+    surface, colours = surface_names(mesh.part, mesh.names, mesh.colours, rise,
+                                     (named, openings, materials), painted)
+    order = [*FACINGS, *named, *materials, *openings, *colours]
     scale = float(np.ptp(mesh.vertices[mesh.faces], axis=(0, 1)).max())
     surfaces = {}
     for name in sorted(set(surface.tolist()), key=order.index):
@@ -61,7 +58,7 @@ def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], m
         surfaces[name] = flat_parts(piece, scale)
     holes = [Opening(name, surfaces[name].shell.mean(axis=(0, 1)), float(surfaces[name].area))
              for name in openings if name in surfaces]
-    return Room(surfaces, tuple(holes))
+    return Room(surfaces, tuple(holes), colours)
 
 
 def _refuse_unknown(mesh: Labelled, named: list[str], path: Path, where: str) -> None:
@@ -105,7 +102,9 @@ def _closed(mesh: Labelled, body: np.ndarray, path: Path, where: str) -> tuple[L
         part.append(np.full(len(cap), len(names)))
         names.append((name,))
         openings.append(name)
-    return Labelled(np.concatenate(vertices), np.concatenate(faces), np.concatenate(part), names), openings
+    closed = Labelled(np.concatenate(vertices), np.concatenate(faces), np.concatenate(part), names,
+                      [*mesh.colours, *[None] * len(openings)])
+    return closed, openings
 
 
 def _cap(ring: np.ndarray, index: np.ndarray, fresh: int) -> tuple[np.ndarray, np.ndarray]:
@@ -146,8 +145,8 @@ def _inward(mesh: Labelled, body: np.ndarray, path: Path, where: str) -> Labelle
     within = others[volume[others] > SHELL * volume[outer]]
     if len(within):  # walls with thickness: the room is what they enclose
         keep = body != outer
-        mesh = Labelled(mesh.vertices, mesh.faces[keep], mesh.part[keep], mesh.names)
+        mesh = replace(mesh, faces=mesh.faces[keep], part=mesh.part[keep])
         body, outer = body[keep], within[0]
     faces = mesh.faces.copy()
     faces[body == outer] = faces[body == outer, ::-1]
-    return Labelled(mesh.vertices, faces, mesh.part, mesh.names)
+    return replace(mesh, faces=faces)

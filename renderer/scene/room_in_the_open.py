@@ -4,6 +4,7 @@ Such faces stand as they are, solids and sheets, in a black box around them: wha
 through a gap or an open door, is lost, and how much that is is said with the readings.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,8 @@ from renderer.scene.geometry import Rectangle
 from renderer.scene.model_files.model import Model, read_model
 from renderer.scene.room import Opening, Room, box_room, winding
 from renderer.scene.scene import Body
+from renderer.scene.surface_names import FACINGS, surface_names
 
-STEEP = 0.5
-"""A mesh face whose normal rises more than this, as sine, is floor; falls, ceiling; else wall."""
 AROUND = 0.02
 """How far the box around a room lies outside it, relative to its longest side."""
 OUTSIDE = "outside"
@@ -29,11 +29,11 @@ OPEN, DIRECTIONS = 0.5, 256
 
 
 def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
-                 places: np.ndarray, where: str, root: Path | None, refusal: InputError
-                 ) -> tuple[Room, list[Body]]:
+                 places: np.ndarray, where: str, root: Path | None, refusal: InputError,
+                 painted: tuple[str, ...] = FACINGS) -> tuple[Room, list[Body]]:
     """The inside of a heap of faces, and what stands in it. Raises InputError.
 
-    places : (k, 3) [m] of the scene's luminaires and meters, which are inside; others as for mesh_room;
+    places : (k, 3) [m] of the scene's luminaires and meters, which are inside; others as for mesh_room
     refusal : what is raised where nothing is about them
     """
     if not len(places):
@@ -50,17 +50,16 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
     around = _enclosing(corners, solid, places)
     if around is None and min(_open_share(place, corners) for place in (*places, places.mean(axis=0))) > OPEN:
         raise refusal
-    inner = faces[solid == around][:, ::-1] if around is not None else faces[:0]
     faces = _turned_to(model.heap.vertices, faces, solid, places.mean(axis=0))
-    names = _names(model, faces, named, materials)
     if around is not None:
-        own = np.flatnonzero(solid == around)
-        labels = _names(model, inner, named, materials, own)
-        surfaces = {name: flat_parts(_mesh(model, inner[labels == name]), scale)
-                    for name in dict.fromkeys(labels.tolist())}
-        room = Room(surfaces)
+        faces[solid == around] = faces[solid == around, ::-1]
+    names, colours = _names(model, faces, named, materials, painted)
+    if around is not None:
+        own = solid == around
+        room = Room({name: flat_parts(_mesh(model, faces[own & (names == name)]), scale)
+                     for name in dict.fromkeys(names[own].tolist())}, colours=colours)
     else:
-        room = _box_around(model.bounds, scale)
+        room = replace(_box_around(model.bounds, scale), colours=colours)
     bodies = []
     rest = solid != around if around is not None else np.ones(len(faces), dtype=bool)
     for name in dict.fromkeys(names[rest].tolist()):
@@ -121,17 +120,12 @@ def _turned_to(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray, place
 
 
 def _names(model: Model, faces: np.ndarray, named: list[str], materials: list[str],
-           own: np.ndarray | None = None) -> np.ndarray:
-    """The surface that each face is part of (k,): what the scene or a material is called, else floor, ceiling
-    or walls by the way it faces. own : which of the model's faces those are"""
+           painted: tuple[str, ...]) -> tuple[np.ndarray, dict[str, tuple[float, ...]]]:
+    """The surface of each face (k,), and the file's colours, as by `surface_names`."""
     a, b, c = model.heap.vertices[faces].transpose(1, 0, 2)
     crosses = np.cross(b - a, c - a)
     rise = crosses[:, 2] / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)
-    orientation = np.select([rise > STEEP, rise < -STEEP], ["floor", "ceiling"], "walls")
-    given = [next((n for known in (named, materials) for n in names if n in known), None)
-             for names in model.names]
-    part = model.heap.part if own is None else model.heap.part[own]
-    return np.array([given[p] or str(o) for p, o in zip(part, orientation, strict=True)])
+    return surface_names(model.heap.part, model.names, model.colours, rise, (named, materials), painted)
 
 
 def _box_around(bounds: np.ndarray, scale: float) -> Room:

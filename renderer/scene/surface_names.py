@@ -1,0 +1,42 @@
+"""Which surface of a room each face of its file is part of, and the colours that the file gives."""
+
+import numpy as np
+
+FACINGS = ("floor", "ceiling", "walls")
+STEEP = 0.5
+"""A face whose normal rises more than this, as sine, is floor; falls, ceiling; else wall."""
+
+
+def surface_names(part: np.ndarray, names: list[tuple[str, ...]], given: list[np.ndarray | None],
+                  rise: np.ndarray, known: tuple[list[str], ...], painted: tuple[str, ...]
+                  ) -> tuple[np.ndarray, dict[str, tuple[float, ...]]]:
+    """The surface of each face (k,), and the linear BT.709 reflectance of surfaces that the file colours.
+
+    part : (k,) index into `names` and `given`, which are names and colours as in `Polygons`
+    rise : (k,) sine of each face's normal above the horizontal
+    known : names that are surfaces of their own where the file has them, the first list first
+    painted : which of floor, ceiling and walls the scene gives a material: faces that face such a way and
+        have none of those names are part of these; others have the file's colour, if it gives one
+    """
+    facing = np.select([rise > STEEP, rise < -STEEP], FACINGS[:2], FACINGS[2]).tolist()
+    own = [next((n for some in known for n in which if n in some), None) for which in names]
+    bare = {o for p, o in zip(part, facing, strict=True) if own[p] is None and given[p] is None}
+    taken = {*painted, *bare, *(name for some in known for name in some)}
+    label, colours = {}, {}
+    for p in np.unique(part):
+        if own[p] is None and given[p] is not None:
+            label[p] = _free(next(iter(names[p]), "itself"), tuple(map(float, given[p])), taken, colours)
+    surface = [own[p] or (label[p] if p in label and o not in painted else o)
+               for p, o in zip(part, facing, strict=True)]
+    used = set(surface)
+    return np.array(surface), {name: rgb for name, rgb in colours.items() if name in used}
+
+
+def _free(name: str, rgb: tuple[float, ...], taken: set[str], colours: dict[str, tuple[float, ...]]) -> str:
+    """The name, numbered where another surface or another colour has it; it is put among the colours."""
+    wanted, number = name, 1
+    while name in taken or colours.get(name, rgb) != rgb:
+        number += 1
+        name = f"{wanted} {number}"
+    colours[name] = rgb
+    return name
