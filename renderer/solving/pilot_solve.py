@@ -108,7 +108,7 @@ class Pilot:
         return there / here
 
 
-class Watch:
+class StepTimer:
     """Keeps nothing, as a cache: tells how long making each thing took [s]."""
 
     def __init__(self):
@@ -129,7 +129,7 @@ def run_pilot(scene: Scene, plan: Plan, patches: int) -> Pilot:
     """
     coarse = plan.times(max(2.0, float(np.sqrt(patches / PATCHES))))
     coarse = replace(coarse, rays=plan.rays and RAYS)
-    watch = Watch()
+    watch = StepTimer()
     solution = solve(scene, "rgb", plan=coarse, store=TransportStore(watch))
     transport, n = solution.transport, solution.transport.mesh.count
     pairs = _in_doubt(transport)
