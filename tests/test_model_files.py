@@ -582,6 +582,21 @@ def test_a_room_of_loose_walls_has_the_colours_of_its_file_too(tmp_path):
     assert {"room.obj: boards", "room.obj: plaster"} <= set(painted(scene).values())
 
 
+@pytest.mark.parametrize("again", ["", "f 1 2 4 3", "f 2 4 3 1", "f 1 3 4 2", "f 3 4 2 1"])
+def test_a_room_whose_quads_are_there_twice_is_there_once(tmp_path, again):
+    """Its floor alone or again, from another corner or wound the other way: direct light is exact, and what
+    is reflected is as in the room of single faces, read to finer bars."""
+    floor = "f 1 2 4 3\n" + again
+    turned = ROOM.replace("f 1 2 4 3", floor)
+    keys = 'floor = "grey"\nwalls = "grey"\nceiling = "grey"'
+    scene = coloured_room(tmp_path, keys, turned)
+    assert sum(parts.area for parts in scene.room.surfaces.values()) == pytest.approx(80, rel=1e-9)
+    (reading,) = renderer.solve(scene, "rgb", 0.02).photometers()
+    across = 1.7**2 + 1 + 0.25
+    assert reading.direct_lx == pytest.approx(1000 / (4 * np.pi) * 1.7 / across**1.5, rel=1e-6)
+    assert abs(reading.total_lx - (16.0597 + 17.0296)) < reading.uncertainty + 1e-3
+
+
 # -- fuzzing -----------------------------------------------------------------------------------------
 
 @cache
