@@ -64,10 +64,12 @@ def test_one_room_says_where_and_what_is_direct():
 
 def test_an_error_below_the_bar_is_not_claimed():
     assert room("Grey room", 100.0).sentence == "RGB is right in the grey room."
-    assert room("Grey room", 100.4, bar=0.5).sentence == \
-        "RGB is right in the grey room, to within the error bar of ± 0.5 %."
-    assert "0.6 % too bright" in room("Grey room", 100.6, bar=0.5).sentence
-    said = headline([room("A", 100.4, 0.5), room("B", 101.0, 0.5)])
+    # 100 lx of which 40 are indirect: the difference is known to 2 (20/40 + 20/100) = 1.4 of itself.
+    assert room("Grey room", 100.4, bar=20).sentence == \
+        "RGB is right in the grey room, to within the error bar of ± 0.56 %."
+    assert "0.4 % too bright" in room("Grey room", 100.4, bar=10).sentence
+    assert room("Grey room", 100.4, bar=10).readings[0].bar_percent == pytest.approx(0.28)
+    said = headline([room("A", 100.4, 20), room("B", 101.0, 0.5)])
     assert said == "RGB makes “B” 1.0 % too bright; “A” is right."
 
 

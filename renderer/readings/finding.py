@@ -6,6 +6,9 @@ from statistics import fmean
 
 FINE = 0.1
 """Error bar [%] below which "right" needs no qualification."""
+SHARED = 2.0
+"""Factor on a reading's relative error for that of the difference between RGB and 31 bands
+(benchmarks/rgb_bars.py)."""
 ROOM_KINDS = frozenset((
     "atrium", "bathroom", "bedroom", "classroom", "corridor", "gallery", "hall", "kitchen", "laboratory",
     "library", "lobby", "museum", "office", "room", "shop", "stage", "studio", "ward", "workshop"))
@@ -41,12 +44,20 @@ class Comparison:
 
     @property
     def bar_percent(self) -> float:
-        """The error bar [%], below which a difference is not claimed."""
-        return 100 * self.bar / self.spectral if self.spectral > 0 else 0.0
+        """How well the difference is known [%], below which it is not claimed.
+
+        RGB and 31 bands share mesh, rays and direct light, so what is wrong with both cancels. With all of
+        the reading's bar in its indirect light, that is off by bar/indirect, and the difference by that
+        share of itself; twice that is taken, for the bands' own shares are not alike.
+        """
+        indirect = self.spectral - self.direct
+        if self.percent is None or not indirect > 0:
+            return 0.0
+        return SHARED * abs(self.percent) * self.bar * (1 / indirect + 1 / self.spectral)
 
     @property
     def claimed(self) -> bool:
-        """Whether RGB is off by more than the bar."""
+        """Whether RGB is off by more than the difference's bar."""
         return self.percent is not None and is_claimed(self.percent, self.bar_percent)
 
 
