@@ -162,7 +162,8 @@ class Solution(Solved):
         """
         from renderer.records.xarray_dataset import dataset
 
-        return dataset(self)
+        light: xarray.Dataset = dataset(self)
+        return light
 
     def _repr_html_(self) -> str:
         """A small picture, and the readings with error bars."""
@@ -253,4 +254,5 @@ def _direction(given: ArrayLike, name: str) -> np.ndarray:
     vector = _vector(given, name)
     if np.abs(vector).max() < TINY:
         raise InputError(f"{name} is {quoted(given)}, which has no length; give a direction, as [0, 0, 1].")
-    return vector / np.linalg.norm(vector)
+    unit: np.ndarray = vector / np.linalg.norm(vector)
+    return unit

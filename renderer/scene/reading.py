@@ -51,7 +51,7 @@ def resolved(table: dict, path: Path) -> Scene:
     return _loaded(plain_table(table, str(path)), path)
 
 
-def load(source: str | Path | Mapping, folder: str | Path = ".") -> Scene:
+def load(source: str | os.PathLike[str] | Mapping, folder: str | Path = ".") -> Scene:
     """Read and check a scene file, a packaged scene by its bare name, or a table of the same keys as a file.
 
     folder : of a table, where the files lie that it names. Raises InputError.
