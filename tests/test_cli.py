@@ -68,7 +68,7 @@ def test_photometer_prints_the_contracts_object(run, folder):
     record = json.loads(done.stdout)
     assert set(record) == {"scene", "bands", "accuracy", "patches", "lamps", "readings", "grids",
                            "closure_error", "reciprocity_error", "energy_balance_error", "rays",
-                           "bands_solved", "seconds"}
+                           "bands_solved", "seconds", "finding", "values", "maintenance_factor"}
     reading = record["readings"][0]
     assert set(reading) == {"name", "position", "normal", "illuminance_lx", "errors_lx", "xy", "cct_K", "duv",
                             "melanopic_edi_lx", "spectrum", "cri_ra", "cri_r9", "tm30_rf", "tm30_rg",

@@ -207,9 +207,9 @@ def test_a_painted_room_reads_what_solving_it_reads(room, faces):
         assert place.read(model, own[None])[0, 0] == pytest.approx(expected, rel=1e-6)
 
 
-def test_a_black_surface_has_no_luminance_and_one_that_only_a_laser_lights_no_rgb(room, tmp_path):
+def test_a_black_surface_has_no_luminance_and_one_that_only_a_laser_lights_no_rgb(room_file, tmp_path):
     (tmp_path / "laser.csv").write_text("649,0\n650,1\n651,0\n")
-    scene = room(0.5, luminaires=[{**POINT, "spectrum": "laser.csv"}], photometers=[METER],
+    scene = room_file(0.5, luminaires=[{**POINT, "spectrum": "laser.csv"}], photometers=[METER],
                  solver={"patch_size": 0.8})
     place, _ = painted_room(scene, "paint", None, None, TransportStore(), silent)
     for model, n in (("rgb", 3), ("prefiltered", 3), ("31", 31)):

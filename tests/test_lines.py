@@ -80,14 +80,15 @@ def test_smooth_light_has_the_same_power_as_before_its_bands(name):
 
 
 @pytest.fixture
-def lit(room, tmp_path):
+def lit(room_file, tmp_path):
     """Readings in total [lx] of a room of one paint, lit by points of these files and lumens."""
 
     def read(paint, *lamps, **given):
         for file in FILES.glob("*.csv"):
             shutil.copy(file, tmp_path)
         tables = [{**POINT, "flux": float(flux), "spectrum": file} for file, flux in lamps]
-        scene = room(paint, luminaires=tables, photometers=[DOWN, UP], solver={"accuracy": 0.01}, **given)
+        given = {"solver": {"accuracy": 0.01}, **given}
+        scene = room_file(paint, luminaires=tables, photometers=[DOWN, UP], **given)
         return renderer.solve(scene).photometers()
 
     return read

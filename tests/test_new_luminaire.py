@@ -42,16 +42,16 @@ class TableOpening(ByTable, OpeningLuminaire):
     axes: np.ndarray = field(kw_only=True)
 
 
-def pair(room, tmp_path, size, make, **more):
+def pair(room_file, tmp_path, size, make, **more):
     """A scene lit by a file of the table, and one lit by what `make` makes of that luminaire."""
     (tmp_path / "lamp.ies").write_text(ies(CANDELA, DEGREE, size=size))
     table = {"shape": "ies", "file": "lamp.ies", "center": [1.5, 2.0, 2.0], "flux": 1000.0}
-    scene = room(luminaires=[table], **more)
+    scene = room_file(luminaires=[table], **more)
     return scene, replace(scene, luminaires=[make(scene.luminaires[0])])
 
 
-def test_a_point_that_shines_by_a_table_lights_a_black_room_by_the_inverse_square_law(room, tmp_path):
-    _, scene = pair(room, tmp_path, (0, 0, 0),
+def test_a_point_that_shines_by_a_table_lights_a_black_room_by_the_inverse_square_law(room_file, tmp_path):
+    _, scene = pair(room_file, tmp_path, (0, 0, 0),
                     lambda lum: TablePoint("new", lum.center, lum.normal, 1000.0), rho=0.0)
     down = np.array([0.5, -1.0, -2.0])
     distance = np.linalg.norm(down)
@@ -73,11 +73,11 @@ BOX = {"shape": "box", "position": [2.2, 1.6, 0.6], "size": [0.8, 0.8, 0.3]}
                                                  lum.opening, axes=lum.axes)),
     ],
 )
-def test_a_new_emitter_reads_as_the_file_of_its_table_does(room, tmp_path, size, make, objects):
+def test_a_new_emitter_reads_as_the_file_of_its_table_does(room_file, tmp_path, size, make, objects):
     """Direct and indirect, beside a box and without one; steps of 5° ask for pieces no shorter than
     the file's, whose seams are below 1e-3."""
     readings = [renderer.solve(scene, "rgb", 0.3).photometer([2.05, 2.0, 0.0], [0, 0, 1])
-                for scene in pair(room, tmp_path, size, make, rho=0.5, objects=objects)]
+                for scene in pair(room_file, tmp_path, size, make, rho=0.5, objects=objects)]
     for part in ("direct_lx", "indirect_lx"):
         measured, new = (getattr(reading, part) for reading in readings)
         assert measured > 0

@@ -177,10 +177,10 @@ def test_noise_of_a_lamp_is_cut_off(tmp_path):
     assert read_lamp(tmp_path / "p.csv", "FILE").values.tolist() == [0, 1, 0.5]
 
 
-def test_scenes_name_one_of_several_spectra(room, tmp_path):
+def test_scenes_name_one_of_several_spectra(room_file, tmp_path):
     (tmp_path / "paints.csv").write_text("nm,red,blue\n400,0.1,0.6\n700,0.7,0.2\n")
     (tmp_path / "lamps.txt").write_text("nm\ta\tb\n400\t0.1\t0.6\n700\t0.7\t0.2\n")
-    scene = room({"spectrum": "paints.csv#blue"}, luminaires=[
+    scene = room_file({"spectrum": "paints.csv#blue"}, luminaires=[
         {"shape": "point", "center": [2, 2, 2], "flux": 100.0, "spectrum": "lamps.txt#2"}])
     assert scene.materials[0].spectrum.values.tolist() == [0.6, 0.2]
     assert scene.lamps[0].values == pytest.approx([1 / 7, 1])
