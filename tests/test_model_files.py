@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import shapely
 import trimesh
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -245,6 +245,8 @@ def test_a_moebius_strip_is_a_sheet(tmp_path):
 
 @settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 10**6))
+@example(seed=76)  # here contacts have no edge with the outside: they border on other contacts
+@example(seed=343)
 def test_random_boxes_in_one_file_keep_their_volume_and_their_winding(tmp_path, seed):
     # On a lattice, so that many touch; none overlap.
     random = np.random.default_rng(seed)
@@ -256,6 +258,12 @@ def test_random_boxes_in_one_file_keep_their_volume_and_their_winding(tmp_path, 
         assert sheets(found) == 0
         touching = sum(abs(np.subtract(a, b)).sum() == 1 for a in cells for b in cells)
         assert area(found) == pytest.approx(6 * len(cells) - touching)
+
+
+def test_boxes_that_fill_a_block_are_one_solid(tmp_path):
+    found = model(written(tmp_path, *(box(cell, np.add(cell, 1)) for cell in np.ndindex(3, 3, 3))))
+    assert (solids(found), sheets(found)) == (1, 0)
+    assert (volume(found), area(found)) == pytest.approx((27.0, 54.0))
 
 
 # -- formats -----------------------------------------------------------------------------------------

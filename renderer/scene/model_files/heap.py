@@ -103,7 +103,7 @@ def _flat_regions_once(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndar
 
 def _contacts(edges: Edges, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Regions of faces that are there both ways (k,), −1 elsewhere, and which of them two bodies that touch
-    have between them: all around these other faces go on from either body."""
+    have between them: all around these other faces go on from either body, or more such regions do."""
     region = np.full(len(both), -1)
     if not both.any():
         return region, np.zeros(0, dtype=int)
@@ -112,10 +112,17 @@ def _contacts(edges: Edges, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     region[both] = sets[both]
     others, balance, own = edges.uses(~both), edges.balance(~both), edges.uses(both)
     sides = np.flatnonzero(np.repeat(both, 3))
-    border = sides[own[edges.edge[sides]] == 1]
-    enough = (others[edges.edge[border]] >= 2) & (balance[edges.edge[border]] == 0)
-    free = np.unique(region[border[~enough] // 3])
-    return region, np.setdiff1d(np.unique(region[border // 3]), free)
+    enough = (others[edges.edge[sides]] >= 2) & (balance[edges.edge[sides]] == 0)
+    free = np.unique(region[sides[(own[edges.edge[sides]] == 1) & ~enough] // 3])
+    bound = ~np.isin(region[sides // 3], free)
+    sides, enough = sides[bound], enough[bound]
+    order = np.argsort(edges.edge[sides], kind="stable")
+    at, of = edges.edge[sides][order], region[sides // 3][order]
+    same = np.diff(at) == 0
+    group = connected(len(both), of[:-1][same], of[1:][same])
+    anchored = np.unique(group[region[sides[enough] // 3]])
+    names = np.unique(region[sides // 3])
+    return region, names[np.isin(group[names], anchored)]
 
 
 def _solids(vertices: np.ndarray, faces: np.ndarray, edges: Edges, chosen: np.ndarray
