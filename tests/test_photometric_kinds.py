@@ -287,7 +287,7 @@ def test_commas_that_part_numbers_are_read(read):
     assert read("\r\n".join([*head, *commas])).distribution.flux == pytest.approx(EVEN)
 
 
-def test_tilt_is_applied_for_the_direction_that_the_nadir_points(read, room, tmp_path):
+def test_tilt_is_applied_for_the_direction_that_the_nadir_points(read, room_file, tmp_path):
     found = read(ies(FLAT, tilt="TILT=INCLUDE\r\n3\r\n3\r\n0 45 90\r\n1 0.8 0.7"))
     assert found.tilt.factor(np.array([0, 0, -1.0])) == 1
     assert found.tilt.factor(np.array([0, 0.5**0.5, -(0.5**0.5)])) == pytest.approx(0.8)
@@ -295,7 +295,7 @@ def test_tilt_is_applied_for_the_direction_that_the_nadir_points(read, room, tmp
     assert "times 1 at 0°, 0.8 at 45°, 0.7 at 90°" in found.faults[0]
     for normal, factor in (([0, 0, -1], 1), ([0, 1, -1], 0.8), ([1, 0, 0], 0.7)):
         lamp = {"name": "a", "shape": "ies", "file": "lamp.ies", "center": [1, 1, 1], "normal": normal}
-        scene = room(luminaires=[lamp])
+        scene = room_file(luminaires=[lamp])
         assert scene.luminaires[0].lumens == pytest.approx(factor * EVEN, rel=1e-3)
         assert any("tilted by" in fault for fault in scene.faults) == (factor != 1)
 
@@ -370,12 +370,12 @@ def test_five_minutes_of_mutated_cases_are_read_or_refused(tmp_path_factory, cas
     check_read_or_refused(tmp_path_factory.getbasetemp(), case, changes)
 
 
-def test_a_small_cylinder_sends_its_light_as_fast_and_as_far_as_a_disc(room, read):
+def test_a_small_cylinder_sends_its_light_as_fast_and_as_far_as_a_disc(room_file, read):
     downlight = ies(np.full(37, 100.0), size=(-0.034, -0.034, 0.1))
     for text in (downlight, downlight.replace("0.1\r\n", "0\r\n", 1)):
         lamp = read(text)
         table = {"name": "a", "shape": "ies", "file": "lamp.ies", "center": [2, 2, 2.6]}
-        (luminaire,) = room(luminaires=[table]).luminaires
+        (luminaire,) = room_file(luminaires=[table]).luminaires
         assert len(luminaire.opening) == 2
         d = np.array([[0.0, 0, -1], [0.6, 0, -0.8], [1, 0, 0]])
         distance = 54 * 0.034
@@ -385,10 +385,10 @@ def test_a_small_cylinder_sends_its_light_as_fast_and_as_far_as_a_disc(room, rea
 
 
 @pytest.mark.parametrize("distance", [0.2, 0.5, 2])
-def test_a_sphere_sends_as_a_point_at_any_distance(room, read, distance):
+def test_a_sphere_sends_as_a_point_at_any_distance(room_file, read, distance):
     read(ies(np.full(37, 100.0), size=(-0.3, -0.3, -0.3)))
     table = {"name": "a", "shape": "ies", "file": "lamp.ies", "center": [2, 2, 1.5]}
-    (luminaire,) = room(luminaires=[table]).luminaires
+    (luminaire,) = room_file(luminaires=[table]).luminaires
     d = np.array([[0.0, 0, -1], [0.6, 0, -0.8], [1, 0, 0], [0, 0, 1]])
     # Of equal luminance all over, π L (R/d)² at any distance.
     arrived = luminaire.illuminance(luminaire.center + distance * d, -d) * luminaire.lumens

@@ -107,7 +107,7 @@ def test_a_fault_is_refused_in_one_sentence(tmp_path, old, new, words):
 
 @pytest.mark.parametrize(("text", "word"), [
     ("wavelength_nm,reflectance\n400,0.1\n500,20\n700,0.3", "Divide percentages by 100"),
-    ("wavelength_nm,reflectance\n400,0.1\n390,0.2\n700,0.3", "sort"),
+    ("wavelength_nm,reflectance\n400,0.1\n500,0.2\n500,0.3\n700,0.3", "500 nm twice"),
     ("wavelength_nm,reflectance\n400,0.1\n500,red\n", "line 3"),
     ("wavelength_nm,reflectance\n400,0.1\n500,nan\n", "finite"),
     ("wavelength_nm,reflectance\n", "no rows of numbers"),
