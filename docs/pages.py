@@ -22,6 +22,8 @@ from markdown_it import MarkdownIt
 
 DOCS = Path(__file__).parent
 PAGES = [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))]
+WITHOUT_PROGRESS = {"new", "keys"}
+"""Commands that show none and take no --quiet."""
 MARK = re.compile(r"<!-- (save|not run): (.+?) -->")
 
 
@@ -41,6 +43,11 @@ class Block:
         """The arguments of each renderer command."""
         lines = (line.strip().removeprefix(".venv/bin/") for line in self.text.splitlines())
         return [shlex.split(line, comments=True)[1:] for line in lines if line.startswith("renderer ")]
+
+
+def quiet(command: list[str]) -> list[str]:
+    """What keeps a command from showing progress."""
+    return [] if command[0] in WITHOUT_PROGRESS else ["--quiet"]
 
 
 def blocks(page: Path) -> list[Block]:
@@ -74,7 +81,7 @@ def refresh(page: Path) -> None:
             if block.mark or block.kind not in ("sh", "python"):
                 continue
             calls = [["-c", block.text]] if block.kind == "python" else [
-                ["-m", "renderer", *command, "--quiet"] for command in block.commands]
+                ["-m", "renderer", *command, *quiet(command)] for command in block.commands]
             for call in calls:
                 done = subprocess.run([sys.executable, *call], cwd=folder, capture_output=True, text=True,
                                       check=False, env={**os.environ, "XDG_CACHE_HOME": folder})

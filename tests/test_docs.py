@@ -70,7 +70,7 @@ def ran(block: pages.Block, here, folder: Path, whole: bool) -> str:
             continue  # the same on another page, of nothing that is this page's
         RUN.add(tuple(command))
         cheap = [] if whole or "--accuracy" in command or command[0] not in SOLVING else ["--accuracy", "20%"]
-        done = here(*command, *cheap, "--quiet", cwd=folder)
+        done = here(*command, *cheap, *pages.quiet(command), cwd=folder)
         assert done.returncode in ((0, 2) if whole else (0,)), f"{command}: {done.stderr}"
         said = done.stdout + done.stderr
     return said

@@ -95,13 +95,15 @@ def test_as_a_dataset_absorbed_light_is_the_lamps_flux_in_every_band(room):
     solution = renderer.solve(scene, "31", accuracy=0.05)
     data = solution.to_xarray()
     absorbed = ((1 - data.reflectance) * data.irradiance * data.area * data.band_width).sum("patch")
-    np.testing.assert_allclose(absorbed, scene.flux(solution.bands).sum(axis=0), rtol=1e-8)
-    lumens = (absorbed * solution.bands.luminous).sum()
+    per_watt = solution.bands.luminous / solution.bands.watts
+    lamps = scene.flux(solution.bands).sum(axis=0)
+    np.testing.assert_allclose(absorbed, lamps * solution.bands.watts, rtol=1e-8)
+    lumens = (absorbed * per_watt).sum()
     assert float(lumens) == pytest.approx(2000.0, rel=1e-8)
     # What is reflected is ρE, and luminance is M/π of the luminous part of it.
     np.testing.assert_allclose(data.radiosity, data.reflectance * data.irradiance, rtol=1e-9, atol=1e-12)
     in_bands = (data.radiosity * data.band_width).values
-    np.testing.assert_allclose(np.pi * data.luminance, in_bands @ solution.bands.luminous, rtol=1e-12)
+    np.testing.assert_allclose(np.pi * data.luminance, in_bands @ per_watt, rtol=1e-12)
 
 
 @pytest.mark.parametrize("bands", ["rgb", "6", "31"])
