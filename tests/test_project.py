@@ -18,9 +18,9 @@ def with_more(scene, text):
     return load(scene.path)
 
 
-def test_readings_are_maintained_values_and_glare_is_of_new_luminaires(room):
-    new = room(0.5, photometers=[METER])
-    old = with_more(room(0.5, photometers=[METER]), "[project]\nmaintenance_factor = 0.8")
+def test_readings_are_maintained_values_and_glare_is_of_new_luminaires(room_file):
+    new = room_file(0.5, photometers=[METER])
+    old = with_more(room_file(0.5, photometers=[METER]), "[project]\nmaintenance_factor = 0.8")
     solutions = [renderer.solve(scene, "rgb", accuracy=0.1) for scene in (new, old)]
     initial, maintained = (solution.photometers()[0].total_lx for solution in solutions)
     assert maintained == pytest.approx(0.8 * initial, rel=1e-9)  # light is linear in lumens
@@ -28,8 +28,8 @@ def test_readings_are_maintained_values_and_glare_is_of_new_luminaires(room):
     assert ratings[0] == pytest.approx(ratings[1], abs=1e-6)  # as far as light is solved
 
 
-def test_the_table_and_the_record_say_that_values_are_maintained(room, here, tmp_path):
-    scene = with_more(room(0.5, photometers=[METER]), "[project]\nmaintenance_factor = 0.8")
+def test_the_table_and_the_record_say_that_values_are_maintained(room_file, here, tmp_path):
+    scene = with_more(room_file(0.5, photometers=[METER]), "[project]\nmaintenance_factor = 0.8")
     said = here("photometer", scene.path, "--accuracy", "10%", "--quiet", cwd=tmp_path)
     assert "maintained values (maintenance factor 0.8)" in said.stdout
     record = json.loads(here("photometer", scene.path, "--accuracy", "10%", "--json", cwd=tmp_path).stdout)
@@ -44,6 +44,6 @@ def test_the_table_and_the_record_say_that_values_are_maintained(room, here, tmp
     ("[[requirements]]\nof = 'desk'\nugr = 19", "does not read it"),
     ("[[requirements]]\nof = 'desk'\nuniformity = 60", "less than or equal to 1"),
 ])
-def test_faults_are_refused_in_one_sentence(room, text, said):
+def test_faults_are_refused_in_one_sentence(room_file, text, said):
     with pytest.raises(renderer.InputError, match=said):
-        with_more(room(0.5, photometers=[METER], luminaires=[PANEL]), text)
+        with_more(room_file(0.5, photometers=[METER], luminaires=[PANEL]), text)
