@@ -50,7 +50,7 @@ study: $(VENV)/installed
 	$(BIN)/renderer study
 	for figure in within rule models colour reds; do \
 		cp outputs/study_$$figure.png docs/pictures/ || exit 1; done
-	mkdir -p docs/data && cp outputs/study_readings.csv.gz outputs/study.json docs/data/
+	mkdir -p docs/data && cp outputs/study_readings.csv.gz docs/data/
 	$(BIN)/python docs/insert.py
 
 gallery: $(VENV)/installed

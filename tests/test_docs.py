@@ -166,7 +166,8 @@ def test_pictures_are_shown_small_and_made_by_one_command():
     rooms = re.search("for room in (.*); do", done.stdout).group(1).split()
     gallery_rooms = {f"{room}{kind}.png" for room, isolux in gallery.ROOMS.items()
                      for kind in ("", "_pseudocolour", *(["_isolux"] if isolux else []))}
-    assert kept == {*pictures.MADE, *gallery_rooms, *(f"tradeoff_{room}.png" for room in rooms), "report.png",
+    assert kept == {*pictures.MADE, *gallery_rooms, *(f"tradeoff_{room}.png" for room in rooms),
+                    *(f"study_{name}.png" for name in ("within", "rule", "models", "colour", "reds")), "report.png",
                     "window.png"}
 
 

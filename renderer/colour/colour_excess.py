@@ -3,17 +3,15 @@
 RGB carries red, green and blue light on their own: light that a saturated paint returns gathers in the
 channel that it reflects most. What that adds over a grey room of the same luminous reflectance is the colour
 excess.
-Measured paints add about half of it; the rest is RGB's error (docs/answer.md).
+Measured paints add about a third of it; the rest is RGB's error (docs/answer.md).
 """
 
 import numpy as np
 
 from renderer.colour.bands import LUMINANCE_WEIGHTS
 
-ERROR_PER_EXCESS = 0.43
-"""Error of RGB over colour excess: least squares over the study's rooms of even number."""
-USUAL_SPREAD = (0.1, 0.9)
-"""Factors of the excess between which nine of ten errors lie; both from `renderer study` (docs/answer.md)."""
+ERROR_PER_EXCESS = 0.7
+"""Error of RGB over colour excess: least squares over the study's rooms of even number (docs/answer.md)."""
 
 
 def colour_excess(rgb: np.ndarray, indirect_share=None) -> np.ndarray:
