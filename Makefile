@@ -9,7 +9,7 @@ compare: $(VENV)/installed
 	$(BIN)/renderer compare
 
 test: $(VENV)/tested
-	$(BIN)/pytest -n auto --dist worksteal -m "not slow"
+	$(BIN)/pytest -n auto --dist worksteal -m "not slow and not open"
 
 slow: $(VENV)/tested
 	$(BIN)/pytest -m slow

@@ -38,7 +38,8 @@ def write_report(rooms: list[Room], out: Path) -> list[Path]:
     readings = readings_of(rooms)
     lux = readings.where(readings.reading != READINGS.index("walls"))
     rule, numerical = fitted_rule(readings), numerical_errors(rooms)
-    colours, reds = colours_at_the_eye(rooms[:: max(1, len(rooms) // COLOUR_ROOMS)]), reds_of_20_percent(rooms)
+    colours = colours_at_the_eye(rooms[:: max(1, len(rooms) // COLOUR_ROOMS)])
+    reds = reds_of_20_percent(rooms)
     by_palette = [readings.where(readings.palette == p) for p in range(len(PALETTES))]
     within = {palette: {reading: _row(part.where(part.reading == k).error[:, 0])
                         for k, reading in enumerate(READINGS)}
