@@ -43,10 +43,17 @@ def cie_illuminants() -> dict[str, tuple[np.ndarray, np.ndarray]]:
         _, *names = file.readline().strip().split(",")
     table = _table("cie_illuminants.csv")
     columns = {name: table[~np.isnan(table[:, k])][:, [0, k]].T for k, name in enumerate(names, 1)}
-    fine = {name: np.arange(nm[0], nm[-1] + 0.5) for name, (nm, _) in columns.items()}
-    return {name: (fine[name], np.interp(fine[name], nm, power) if name.startswith(("D", "ID"))
-                   else _not_below_0(_sprague(power, len(fine[name]) // (len(nm) - 1))))
+    return {name: _at_1_nm(nm, power, linear=name.startswith(("D", "ID")))
             for name, (nm, power) in columns.items()}
+
+
+def _at_1_nm(nm: np.ndarray, power: np.ndarray, linear: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths [nm] and power at every 1 nm of a table of even steps, whose own samples stay."""
+    fine = np.arange(nm[0], nm[-1] + 0.5)
+    if linear:
+        return fine, np.interp(fine, nm, power)
+    steps = (len(fine) - 1) // (len(nm) - 1)
+    return fine, _not_below_0(_sprague(power, steps), steps)
 
 
 # Sprague's quintic: Σ aⱼ tʲ between the third and the fourth of six values, a = SPRAGUE @ values, and the two
@@ -56,19 +63,29 @@ SPRAGUE = np.array([[0, 0, 24, 0, 0, 0], [2, -16, 0, 16, -2, 0], [-1, 16, -30, 1
 EXTENDED = np.array([[884, -1960, 3033, -2648, 1080, -180], [508, -540, 488, -367, 144, -24]]) / 209
 
 
-def _not_below_0(power: np.ndarray) -> np.ndarray:
-    """Power (n,) whose dips below 0, where the quintic overshoots beside a line, are spread evenly to both
-    sides
-    until the power there absorbs them: its sum and its centre stay where they are."""
-    padded = np.pad(power, 1)
+def _not_below_0(power: np.ndarray, steps: int) -> np.ndarray:
+    """Power (n,) whose dips below 0, where the quintic overshoots beside a line, are divided between the
+    wavelengths next to them until the power there absorbs them; its sum and its centre stay where they are.
+
+    Every `steps`-th sample is the table's own and stays as it is.
+    """
+    kept = np.arange(len(power)) % steps == 0
+    at = np.flatnonzero(~kept)
+    if (power[kept] < 0).any() or not (power[at] < 0).any():
+        return power
+    gaps = np.diff(at, prepend=at[0] - 1, append=at[-1] + 1)
+    upward = gaps[:-1] / (gaps[:-1] + gaps[1:])
+    padded = np.pad(power[at], 1)
     while (padded < 0).any():
-        below = np.minimum(padded, 0.0)
+        below = np.minimum(padded[1:-1], 0.0)
         padded = np.maximum(padded, 0.0)
-        padded[:-1] += below[1:] / 2
-        padded[1:] += below[:-1] / 2
+        padded[2:] += below * upward
+        padded[:-2] += below * (1 - upward)
         padded[[0, -1]] = 0.0
         padded[np.abs(padded) < 1e-12 * power.max()] = 0.0
-    return padded[1:-1]
+    result = power.copy()
+    result[at] = padded[1:-1]
+    return result
 
 
 def _sprague(values: np.ndarray, steps: int) -> np.ndarray:
