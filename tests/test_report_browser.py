@@ -147,7 +147,8 @@ def kept(page):
     for old in page.saved.glob("*.csv"):
         old.unlink()
     one(page, "#csv").click()
-    file = waited(lambda: next(page.saved.glob("*.csv"), None))
+    # On a busy machine without a desktop the first download came after more than 30 s.
+    file = waited(lambda: next(page.saved.glob("*.csv"), None), seconds=90)
     with file.open(newline="", encoding="utf-8") as lines:
         return list(csv.DictReader(lines))
 
