@@ -133,9 +133,10 @@ def test_a_click_reads_what_the_photometer_command_reads(room_file, here, tmp_pa
         run = here("photometer", scene.path, "--at", at, "--normal", normal, "--json", "--accuracy", "10%",
                    "--quiet", cwd=tmp_path)
         lx = json.loads(run.stdout)["readings"][0]["illuminance_lx"]
-        assert click.reading.total_lx == pytest.approx(lx["total"], rel=1e-12)
-        assert click.reading.direct_lx == pytest.approx(lx["direct"], rel=1e-12)
-        assert click.reading.uncertainty == pytest.approx(lx["uncertainty"], rel=1e-12)
+        # The window draws, so its mesh is finer than the command's: alike within both bars.
+        both = click.reading.uncertainty + lx["uncertainty"]
+        assert click.reading.total_lx == pytest.approx(lx["total"], abs=both)
+        assert click.reading.direct_lx == pytest.approx(lx["direct"], abs=both)
         assert click.luminance == pytest.approx(0.5 * click.reading.total_lx / np.pi, rel=1e-9)
 
 
