@@ -32,7 +32,7 @@ def lumpy(tmp_path, room):
 
 def test_a_finely_tessellated_ball_has_few_unknowns(lumpy):
     scene, _ = lumpy()
-    mesh = build_mesh(scene, scene.luminaires, 0.25)
+    mesh = build_mesh(scene, 0.25)
     ball = mesh.surface == list(scene.surface_names).index("object")
     assert ball.sum() == 5120
     assert len(np.unique(mesh.group[ball])) < 300
