@@ -112,7 +112,7 @@ def patches_of(path: Path) -> tuple[int, float]:
         "objects": [{"mesh": str(path.resolve()), "position": [1.5, 1.5, 0.5], "anchor": "base",
                      "scale": float(scale), "material": "a"}]})
     started = time.perf_counter()
-    mesh = build_mesh(scene, scene.luminaires, make_plan(scene, 0.01, None).patch_size)
+    mesh = build_mesh(scene, make_plan(scene, 0.01, None).patch_size)
     unknown = np.arange(len(mesh.patches)) if mesh.group is None else mesh.group
     return len(np.unique(unknown[mesh.surface >= 6])), round(time.perf_counter() - started, 3)
 
