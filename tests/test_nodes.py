@@ -7,7 +7,14 @@ import pytest
 
 from renderer.colour.bands import band_set
 from renderer.colour.lamps import band_flux, illuminant, power_at_1_nm
-from renderer.colour.nodes import GRID, START, luminous_at_1_nm, node_weights, nodes_for_lamps, place_nodes
+from renderer.colour.nodes import (
+    FIRST_NODES,
+    GRID,
+    luminous_at_1_nm,
+    node_weights,
+    nodes_for_lamps,
+    place_nodes,
+)
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931
 
@@ -51,7 +58,7 @@ def test_searched_nodes_are_better_than_those_the_search_starts_from():
 
     lights = [light_of(name) for name in LAMPS]
     assert np.mean([worst(x, place_nodes([x], [1.0])) for x in lights]) \
-        < 0.8 * np.mean([worst(x, np.array(START)) for x in lights])
+        < 0.8 * np.mean([worst(x, np.array(FIRST_NODES)) for x in lights])
 
 
 def test_a_laser_on_the_grid_is_one_node():
@@ -64,8 +71,8 @@ def test_a_laser_on_the_grid_is_one_node():
 
 
 def test_dark_lamps_and_none_leave_the_nodes_where_they_start():
-    np.testing.assert_array_equal(place_nodes([], []), START)
-    np.testing.assert_array_equal(place_nodes([light_of("A")], [0.0]), START)
+    np.testing.assert_array_equal(place_nodes([], []), FIRST_NODES)
+    np.testing.assert_array_equal(place_nodes([light_of("A")], [0.0]), FIRST_NODES)
 
 
 def test_a_lamp_counts_by_its_lumens_however_it_is_divided():

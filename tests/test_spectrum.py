@@ -9,7 +9,7 @@ from exact import ORACLES
 
 import renderer
 from renderer.colour.lamps import illuminants
-from renderer.colour.munsell import differences, munsell_chip, parsed
+from renderer.colour.munsell import munsell_chip, nickerson_differences, parsed
 from renderer.colour.tables import cie_1931, cie_illuminants, munsell_chips
 from renderer.studies.spectrum import lamp_record, record_of, reflectance_record, resolve
 
@@ -105,7 +105,7 @@ def test_notations_are_read(notation, place):
 
 def test_distance_goes_round_the_hue_circle():
     names = munsell_chips()[0]
-    far = differences((1.0, 5.0, 10.0))  # 1R: between 10RP and 2.5R
+    far = nickerson_differences((1.0, 5.0, 10.0))  # 1R: between 10RP and 2.5R
     hues = {names[k].split()[0] for k in np.argsort(far)[:2]}
     assert hues == {"10RP", "2.5R"}
 

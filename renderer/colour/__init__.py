@@ -1,25 +1,26 @@
-"""Spectra, bands and colour; colour-science's plots, which it imports with itself, wait until first used."""
+"""Spectra, bands and colour.
+
+colour-science imports its plots, and with them matplotlib.pyplot, which takes as long as all the rest; no
+command here uses them. They are imported on first use.
+"""
 
 import sys
 from importlib import import_module
 from types import ModuleType
 
-PLOTS = "colour.plotting"
-"""Brings matplotlib.pyplot: as long to import as the rest of the package, and no command of ours plots so."""
 
-
-def _put_off() -> None:
-    """Let a stand-in be imported for the plots, which gives way to them when it is asked for anything."""
-    later = ModuleType(PLOTS)
+def _import_on_first_use(module: str) -> None:
+    """Put a stand-in for a module in place, which imports the module when an attribute is first looked up."""
+    later = ModuleType(module)
 
     def load(name: str):
-        if sys.modules.get(PLOTS) is later:
-            del sys.modules[PLOTS]
-        return getattr(import_module(PLOTS), name)
+        if sys.modules.get(module) is later:
+            del sys.modules[module]
+        return getattr(import_module(module), name)
 
     later.__getattr__ = load
-    sys.modules[PLOTS] = later
+    sys.modules[module] = later
 
 
 if "colour" not in sys.modules:
-    _put_off()
+    _import_on_first_use("colour.plotting")

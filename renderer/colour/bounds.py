@@ -1,31 +1,30 @@
-"""What holds for every spectrum of a colour: how little and how much light it can make of itself.
+"""Bounds on Sumpner's sum over all spectra of one colour.
 
-Sumpner's sum Σ w/(1 − ρ) over wavelengths is convex in the reflectances ρ, and a linear BT.709 colour
-is three linear conditions on them. So the smallest sum is a convex programme, the largest lies at a
-spectrum that jumps between 0 and the ceiling, and the Lagrangian dual certifies both (weak duality).
+Sumpner's sum Σ w/(1 − ρ) over wavelengths is convex in the reflectances ρ, and a linear BT.709 colour puts
+three linear conditions on them. The smallest sum is therefore a convex programme, and the largest belongs to
+a spectrum that takes only the values 0 and the ceiling. The Lagrangian dual certifies both (weak duality).
 """
 
 import numpy as np
-
-STEPS = 200
-MISSED = 1e-7
-"""How near the spectra must come to their colour. What is missed counts twice in the gap."""
 
 
 def lowest_sum(rgb: np.ndarray, functional: np.ndarray,
                weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Certified lower bounds (n,) of Σ w/(1 − ρ) over all 0 ≤ ρ < 1 of each colour.
 
-    rgb : (n, 3); functional : (3, k) takes reflectances to RGB; weights w > 0 : (k,).
-    For any y the minimum over ρ of Σ w/(1 − ρ) + y·(rgb − functional ρ) is a lower bound, taken at
-    ρ = 1 − √(w/q), q = functionalᵀ y, or at 0 where that is negative. The best y, three numbers a colour, by
-    Newton's method, damped, for all colours at once. Returns also the spectra there (n, k): where
-    they have the colour, the bound is their own sum.
+    rgb : (n, 3) linear BT.709
+    functional : (3, k) from reflectances to RGB
+    weights : (k,) w > 0
+
+    For any y the minimum over ρ of Σ w/(1 − ρ) + y·(rgb − functional ρ) is a lower bound. It lies at ρ = 1 −
+    √(w/q), q = functionalᵀ y, or at 0 where that is negative. A damped Newton method finds the best y, three
+    numbers a colour, for all colours at once. Returns also the spectra (n, k) of the minimum; where a
+    spectrum has its colour, the bound is the spectrum's own sum.
     """
     left, size, even = np.linalg.svd(functional, full_matrices=False)
     goal = rgb @ (left / size)
     pairs = (even[:, None] * even).reshape(9, -1).T
-    # Start where a flat spectrum of the colour's brightness is best.
+    # Start at the optimum for a flat spectrum of the colour's brightness.
     grey = np.clip(rgb.mean(axis=1), 0.0, 0.98)
     y = (weights @ np.linalg.pinv(even))[None] / (1 - grey[:, None]) ** 2
 
@@ -40,10 +39,10 @@ def lowest_sum(rgb: np.ndarray, functional: np.ndarray,
     value = bound(y, goal)
     damping = np.full(len(y), 1e-6)
     left_over = np.arange(len(y))
-    for _ in range(STEPS):
+    for _ in range(200):
         q = y[left_over] @ even
         missed = goal[left_over] - spectra(q) @ even.T
-        far = np.linalg.norm(missed, axis=1) > MISSED
+        far = np.linalg.norm(missed, axis=1) > 1e-7  # counts twice in the gap between the bounds
         left_over, q, missed = left_over[far], q[far], missed[far]
         if not len(left_over):
             break
@@ -64,7 +63,9 @@ def lowest_sum(rgb: np.ndarray, functional: np.ndarray,
 def highest_sum(luminous: np.ndarray, ceiling: float) -> np.ndarray:
     """Certified upper bounds (n,) of Σ w/(1 − ρ) over all 0 ≤ ρ ≤ ceiling < 1, for Σ w = 1.
 
-    luminous : (n,) luminous reflectance Σ wρ, which a colour fixes. On 0 … ceiling, 1/(1 − ρ) lies under
-    its chord 1 + ρ/(1 − ceiling). Spectra that are 0 or the ceiling at every wavelength attain it.
+    luminous : (n,) luminous reflectance Σ wρ, the same for every spectrum of a colour
+
+    On 0 … ceiling, 1/(1 − ρ) lies below its chord 1 + ρ/(1 − ceiling). Spectra that are 0 or the ceiling at
+    every wavelength attain the bound.
     """
     return 1 + luminous / (1 - ceiling)

@@ -1,9 +1,9 @@
-"""How far RGB is likely to err in a room, from its mean reflectances: on paper, before anything is solved.
+"""The likely error of RGB in a room, from its mean reflectances alone, before a solve.
 
-RGB carries red, green and blue light on their own: light that a saturated paint returns gathers in the
-channel that it reflects most. What that adds over a grey room of the same luminous reflectance is the colour
-excess.
-Measured paints add about a third of it; the rest is RGB's error (docs/answer.md).
+RGB solves red, green and blue light separately, so the light that a saturated paint reflects builds up in the
+channel that the paint reflects most. The colour excess is the illuminance that this adds to that of a grey
+room of the same luminous reflectance. Measured paints add about a third of it; the rest is RGB's error
+(docs/answer.md).
 """
 
 import numpy as np
@@ -11,14 +11,17 @@ import numpy as np
 from renderer.colour.bands import LUMINANCE_WEIGHTS
 
 ERROR_PER_EXCESS = 0.7
-"""Error of RGB over colour excess: least squares over the study's rooms of even number (docs/answer.md)."""
+"""Error of RGB over colour excess: least-squares fit to the even-numbered rooms of the study
+(docs/answer.md)."""
 
 
 def colour_excess(rgb: np.ndarray, indirect_share=None) -> np.ndarray:
-    """Illuminance that RGB lets colour add to a room of mean reflectances (…, 3), over a grey room's [%].
+    """Colour excess (…) [%]: illuminance in RGB over that of a grey room of the same luminous reflectance,
+    less 1.
 
-    rgb : linear BT.709, the mean over all surfaces by area; indirect_share : (…) of the reading that came by
-    way of the surfaces; None where it is not known: then that of a room lit evenly, its mean reflectance
+    rgb : (…, 3) linear BT.709 reflectance, the mean over all surfaces by area
+    indirect_share : (…) share of the reading that surfaces reflected; None for that of an evenly lit room,
+        the mean reflectance
     """
     rgb = np.minimum(np.asarray(rgb, dtype=float), 0.999)
     grey = rgb @ LUMINANCE_WEIGHTS

@@ -11,44 +11,41 @@ from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, cie_illuminants, d65
 from renderer.errors import InputError
 
-DARK = 1e-9
-"""Share of the brightest band below which lamps say nothing about a band."""
-
 
 def illuminants(near: str | None = None) -> list[str]:
-    """Names of the CIE illuminants, or the three nearest to a name."""
+    """Names of the CIE illuminants; with `near`, the three most like it."""
     names = list(cie_illuminants())
     return names if near is None else difflib.get_close_matches(near, names, n=3, cutoff=0.0)
 
 
 def illuminant(name: str, where: str) -> Spectrum:
-    """The CIE illuminant of that name, relative power. An unknown one is refused."""
+    """Relative power of a CIE illuminant. Raises InputError for an unknown name."""
     if name == "D65":  # at 1 nm
         return Spectrum(*d65())
     if name not in cie_illuminants():
         raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a spectral file (.csv, .txt, "
-                         f".spdx …). "
-                         f"Nearest: {', '.join(illuminants(near=name))}.")
+                         f".spdx …). Nearest: {', '.join(illuminants(near=name))}.")
     return Spectrum(*cie_illuminants()[name])
 
 
 def correlated(cct: float) -> Spectrum:
-    """Daylight (CIE D-series) from 4000 K, a black body below: relative power, 360–830 nm."""
+    """Relative power of daylight (CIE D series) from 4000 K, of a black body below; 360–830 nm."""
     import colour
 
     if cct < 4000:
         source = colour.sd_blackbody(cct, colour.SpectralShape(360, 830, 1))
     else:
-        # CCTs follow the 1968 radiation constant in which the D series was defined.
+        # The D series was defined with the radiation constant of 1968; colour-science shifts the CCT
+        # accordingly.
         xy = colour.temperature.CCT_to_xy_CIE_D(cct)
         source = colour.sd_CIE_illuminant_D_series(xy, shape=colour.SpectralShape(360, 830, 5))
     return Spectrum(source.wavelengths, source.values / source.values.max())
 
 
 def power_at_1_nm(spectrum: Spectrum) -> np.ndarray:
-    """Relative power (471,) at 360–830 nm, 1 nm; dark outside the samples.
+    """Relative power (471,) at 360–830 nm, 1 nm; 0 outside the samples.
 
-    A line between two of those wavelengths is divided between them: however narrow, it keeps its flux.
+    A line between two of those wavelengths is divided between them and keeps its flux, however narrow it is.
     """
     nm, _ = cie_1931()
     nodes = np.union1d(nm, spectrum.nm[(spectrum.nm > nm[0]) & (spectrum.nm < nm[-1])])
@@ -61,25 +58,26 @@ def power_at_1_nm(spectrum: Spectrum) -> np.ndarray:
 
 
 def spectral_flux(spectrum: Spectrum, lumens: float) -> np.ndarray:
-    """Flux (471,) [W/nm] at 360–830 nm, 1 nm, of a source of so many lumens; 0 where it has no light."""
+    """Spectral flux (471,) [W/nm] at 360–830 nm, 1 nm, of a source of given lumens; 0 for one without
+    light."""
     power = power_at_1_nm(spectrum)
     luminous = K_M * power @ cie_1931()[1][:, 1]
     return power * (lumens / luminous) if luminous > 0 else 0.0 * power
 
 
 def dark_outside(spectrum: Spectrum) -> Spectrum:
-    """The same with a dark sample just past each end, so that averages take it for dark there."""
+    """The spectrum with a sample of 0 just past each end: averages then take it as 0 outside its samples."""
     dark = 1e-9  # nm
     nm = np.concatenate([[spectrum.nm[0] - dark], spectrum.nm, [spectrum.nm[-1] + dark]])
     return Spectrum(nm, np.concatenate([[0.0], spectrum.values, [0.0]]))
 
 
 def power_in_bands(spectrum: Spectrum, edges: np.ndarray) -> np.ndarray:
-    """Relative power (n_bands, 471) in each band, at 360–830 nm, 1 nm; dark outside the samples.
+    """Relative power (n_bands, 471) in each band at 360–830 nm, 1 nm; 0 outside the samples.
 
-    edges : (n_bands + 1,) [nm], within 360 to 830. What lies between two of those wavelengths is divided
-    between
-    them, but stays in its band.
+    edges : (n_bands + 1,) [nm], within 360 to 830
+
+    Power between two of those wavelengths is divided between them but stays in its band.
     """
     nm, _ = cie_1931()
     ended = dark_outside(spectrum)
@@ -99,16 +97,18 @@ def power_in_bands(spectrum: Spectrum, edges: np.ndarray) -> np.ndarray:
 
 
 def band_watts(spectrum: Spectrum, lumens: float, bands: BandSet) -> np.ndarray:
-    """Power [W] of a source of so many lumens in each interval of wavelengths (n_bands,)."""
+    """Power (n_bands,) [W] of a source of given lumens in each interval of wavelengths."""
     power = power_in_bands(spectrum, bands.edges)
     luminous = K_M * float((power @ cie_1931()[1][:, 1]).sum())
     return power.sum(axis=1) * (lumens / luminous) if luminous > 0 else np.zeros(len(power))
 
 
 def for_lamps(bands: BandSet, lamps: list[Spectrum], lumens: list[float]) -> BandSet:
-    """Bands that are intervals of wavelengths, with X, Z and power of a unit as the lamps together have them.
+    """The intervals `bands` with X, Z and power per unit as the lamps together have them.
 
-    Their lumens are exact for each lamp by itself; these are so where the lamps have one spectrum.
+    lumens : of each lamp [lm]
+
+    Lumens per band are exact for each lamp; X, Z and power are exact where all lamps have one spectrum.
     """
     _, observer = cie_1931()
     kinds: dict[int, list] = {}
@@ -120,7 +120,7 @@ def for_lamps(bands: BandSet, lamps: list[Spectrum], lumens: list[float]) -> Ban
         found = np.column_stack([K_M * (power @ observer), power.sum(axis=1)])
         seen += found * (amount / found[:, 1].sum() if found[:, 1].sum() > 0 else 0.0)
     units = seen[:, 1] / bands.luminous
-    lit = units > DARK * units.max(initial=0.0)
+    lit = units > 1e-9 * units.max(initial=0.0)  # a darker band keeps the colour of an even spectrum
     xyz, watts = bands.xyz.copy(), np.ones(len(units))
     xyz[lit, 0], xyz[lit, 2] = seen[lit, 0] / units[lit], seen[lit, 2] / units[lit]
     watts[lit] = seen[lit, 3] / units[lit]
@@ -128,10 +128,10 @@ def for_lamps(bands: BandSet, lamps: list[Spectrum], lumens: list[float]) -> Ban
 
 
 def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> np.ndarray:
-    """Flux of a source in each band (n_bands,) in that set's unit; their lumens are `lumens`.
+    """Flux (n_bands,) of a source in each band, in the band set's unit; `lumens` [lm] in total.
 
-    In intervals of wavelengths each band has the lumens of its own part of the spectrum, V taken at every nm.
-    A source is dark outside its samples. Raises InputError where no light falls into the bands.
+    An interval of wavelengths has the lumens of its own part of the spectrum, with V(λ) at every 1 nm. A
+    source is dark outside its samples. Raises InputError where no light falls into the bands.
     """
     nm, observer = cie_1931()
     if bands.nodes is not None:
@@ -151,7 +151,8 @@ def band_flux(spectrum: Spectrum, lumens: float, bands: BandSet, where: str) -> 
 
 
 def mean_light(lamps: list[Spectrum], lumens: list[float]) -> np.ndarray:
-    """The lamps' common light (471,), relative power at 360–830 nm, each by its lumens; D65 if none."""
+    """Mean light of the lamps (471,): relative power at 360–830 nm, 1 nm, each lamp by its lumens; D65 for
+    none."""
     _, observer = cie_1931()
     light = np.zeros(len(observer))
     for lamp, amount in zip(lamps, lumens, strict=True):

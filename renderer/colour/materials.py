@@ -16,7 +16,8 @@ class Material:
 
     flat : reflectance, the same at every wavelength [1]
     spectrum : reflectance over wavelength
-    rgb : (3,) linear BT.709 reflectance under D65; `upsampling` makes it a spectrum
+    rgb : (3,) linear BT.709 reflectance under D65
+    upsampling : the method that makes `rgb` a spectrum, a key of UPSAMPLING
     """
 
     name: str
@@ -44,9 +45,9 @@ class Material:
 
 
 def reflectances_in_three(rgb: np.ndarray, bands: BandSet) -> np.ndarray:
-    """Filtered reflectances (n, 3) moved into 0 … 1, their luminous reflectance kept.
+    """Reflectances (n, 3) in filtered bands, moved into 0 … 1 at constant luminous reflectance.
 
-    A reflectance above 1 would make light from nothing at every bounce: 1 is the ceiling.
+    A reflectance above 1 would create light at every bounce.
     """
     moved = np.clip(rgb, 0.0, 1.0)
     for k in np.flatnonzero((moved != rgb).any(axis=1)):

@@ -1,4 +1,4 @@
-"""Munsell notations: hue, value and chroma, and which measured chips are near."""
+"""Munsell notations (hue, value, chroma) and the measured chips nearest to one."""
 
 import difflib
 import re
@@ -10,19 +10,19 @@ from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import munsell_chips
 from renderer.errors import InputError
 
-HUES = ("R", "YR", "Y", "GY", "G", "BG", "B", "PB", "P", "RP")
 _NOTATION = re.compile(r"(?:N|(\d+(?:\.\d*)?)\s*([A-Z]{1,2}))\s*(\d+(?:\.\d*)?)\s*(?:/\s*(\d+(?:\.\d*)?)?)?")
 
 
 def parsed(notation: str) -> tuple[float, float, float] | None:
-    """Hue 0 … 100 round the circle, value 0 … 10 and chroma; None where it is no Munsell notation.
+    """Hue 0 … 100 round the circle, value 0 … 10 and chroma; None for text that is no Munsell notation.
 
     "5R 4/14" is (5, 4, 14); a neutral, "N 5/" or "N 5", has chroma 0.
     """
     found = _NOTATION.fullmatch(" ".join(notation.upper().split()))
-    if not found or (found[2] and (found[2] not in HUES or found[4] is None)):
+    hues = ("R", "YR", "Y", "GY", "G", "BG", "B", "PB", "P", "RP")
+    if not found or (found[2] and (found[2] not in hues or found[4] is None)):
         return None
-    hue = 0.0 if found[2] is None else (float(found[1]) + 10 * HUES.index(found[2])) % 100
+    hue = 0.0 if found[2] is None else (float(found[1]) + 10 * hues.index(found[2])) % 100
     chroma = 0.0 if found[2] is None else float(found[4] or 0)
     return hue, float(found[3]), chroma
 
@@ -32,10 +32,10 @@ def _chips() -> np.ndarray:
     return np.array([parsed(name) for name in munsell_chips()[0]])
 
 
-def differences(wanted: tuple[float, float, float]) -> np.ndarray:
-    """How far each measured chip is: Nickerson's index ⅖CΔH + 6ΔV + 3ΔC, C the lesser chroma.
+def nickerson_differences(wanted: tuple[float, float, float]) -> np.ndarray:
+    """Nickerson's index of each measured chip (1269,) against hue, value and chroma.
 
-    D. Nickerson, Textile Research 6 (1936), 505.
+    The index is ⅖CΔH + 6ΔV + 3ΔC, with C the lesser chroma (D. Nickerson, Textile Research 6 (1936), 505).
     """
     hue, value, chroma = _chips().T
     round_the_circle = np.abs((hue - wanted[0] + 50) % 100 - 50)
@@ -44,7 +44,7 @@ def differences(wanted: tuple[float, float, float]) -> np.ndarray:
 
 
 def neutral(value: float, where: str, notation: str) -> Spectrum:
-    """The flat reflectance of a neutral of Munsell value 0 … 10 (ASTM D1535-08, eq. 2). Raises InputError."""
+    """Flat reflectance of a neutral of Munsell value 0 … 10 (ASTM D1535-08, eq. 2). Raises InputError."""
     if not 0 <= value <= 10:
         raise InputError(f"{where} is {notation!r}; a neutral's value must be from 0 to 10, as 'N 8'.")
     coefficients = (0.0, 1.1914, -0.22533, 0.23352, -0.020484, 0.00081939)
@@ -53,7 +53,7 @@ def neutral(value: float, where: str, notation: str) -> Spectrum:
 
 
 def munsell_chip(notation: str, where: str) -> Spectrum:
-    """The measured reflectance of that chip; an unknown one is refused with the nearest named."""
+    """Measured reflectance of a chip. Raises InputError, with the nearest chips, for an unknown one."""
     names, nm, reflectance = munsell_chips()
     wanted = parsed(notation)
     if wanted is None:
@@ -62,7 +62,7 @@ def munsell_chip(notation: str, where: str) -> Spectrum:
                          f"example {', '.join(repr(name) for name in near)}.")
     if wanted[2] == 0:
         return neutral(wanted[1], where, notation)
-    far = differences(wanted)
+    far = nickerson_differences(wanted)
     if (_chips() == wanted).all(axis=1).any():
         return Spectrum(nm, reflectance[int(far.argmin())])
     near = ", ".join(names[k] for k in np.argsort(far, kind="stable")[:3])

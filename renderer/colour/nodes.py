@@ -1,6 +1,7 @@
-"""Placed nodes: a few wavelengths, and weights fitted to a scene's own lamps, that tell illuminance.
+"""Placed nodes: a few wavelengths, with weights fitted to a scene's own lamps, from which illuminance is
+computed.
 
-`benchmarks/placed_nodes.py` shows how both are found and how far they err on other reflectances.
+`benchmarks/placed_nodes.py` finds both and measures their error on other reflectances.
 """
 
 from functools import cache
@@ -12,26 +13,21 @@ from renderer.colour.tables import cie_1931, munsell_chips
 
 GRID = np.arange(400.0, 701.0, 5.0)
 """Wavelengths that a node may take [nm]."""
-START = (480.0, 515.0, 545.0, 580.0, 615.0, 655.0)
-"""Where the search begins [nm]; it ends in the nearest hollow. Deeper ones fit the chips better, and other
-reflectances worse (docs/decisions.md, D62)."""
-ROOMS = (0.5, 0.8, 0.95)
-"""How much of its light a room sends back to a paint, for the rooms that the weights are fitted to."""
-BRIGHTEST = 0.97
-"""Reflectance that no paint of the fit exceeds at any wavelength."""
-WHITE = 30.0
-"""Weight in the fit of the perfect reflector, whose light the nodes' weights then add up to."""
-IMPROVED = 1e-4
-"""The search ends where a round through the nodes lowers the squared error by less than this share."""
+FIRST_NODES = (480.0, 515.0, 545.0, 580.0, 615.0, 655.0)
+"""Nodes [nm] where the search begins; it ends in the nearest minimum. Lower minima fit the chips better and
+other reflectances worse (docs/decisions.md, D62)."""
 
 
 @cache
 def _paints() -> tuple[np.ndarray, np.ndarray]:
-    """What 1/(1 − tρ) is for each measured chip and each t of ROOMS: at 1 nm, and on GRID."""
+    """Values of 1/(1 − tρ) at 1 nm and on GRID, for each measured chip and each share t.
+
+    t is the share of its light that a room sends back to the paint. No ρ exceeds 0.97.
+    """
     _, nm, chips = munsell_chips()
-    fine, coarse = (np.clip([np.interp(at, nm, chip) for chip in chips], 0.0, BRIGHTEST)
+    fine, coarse = (np.clip([np.interp(at, nm, chip) for chip in chips], 0.0, 0.97)
                     for at in (cie_1931()[0], GRID))
-    return tuple(np.concatenate([1 / (1 - t * rho) for t in ROOMS]) for rho in (fine, coarse))
+    return tuple(np.concatenate([1 / (1 - t * rho) for t in (0.5, 0.8, 0.95)]) for rho in (fine, coarse))
 
 
 @cache
@@ -40,13 +36,14 @@ def _normal_equations(seen: bytes) -> tuple[np.ndarray, np.ndarray, float]:
     fine, coarse = _paints()
     light = np.frombuffer(seen)
     rows = coarse / (fine @ (light / light.sum()))[:, None]
-    rows = np.vstack([rows, np.full((1, len(GRID)), WHITE)])
-    wanted = np.append(np.ones(len(rows) - 1), WHITE)
+    white = 30.0  # weight of the perfect reflector, which holds the sum of the nodes' weights to 1
+    rows = np.vstack([rows, np.full((1, len(GRID)), white)])
+    wanted = np.append(np.ones(len(rows) - 1), white)
     return rows.T @ rows, rows.T @ wanted, float(wanted @ wanted)
 
 
 def _fit(light: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, float]:
-    """Least-squares weights, none negative, at indices of GRID, and the sum of squares that is left."""
+    """Non-negative least-squares weights at indices of GRID, and the residual sum of squares."""
     from scipy.optimize import nnls
 
     square, right, wanted = _normal_equations(light.tobytes())
@@ -54,33 +51,36 @@ def _fit(light: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, float]:
     factor = np.linalg.cholesky(square + 1e-12 * np.trace(square) * np.eye(len(at)))
     weights, _ = nnls(factor.T, np.linalg.solve(factor, right))
     left = float(weights @ square @ weights - 2 * weights @ right + wanted)
-    return weights, max(left, 1e-9 * wanted)  # a laser leaves nothing but rounding
+    return weights, max(left, 1e-9 * wanted)  # the residual of a laser is only rounding
 
 
 def luminous_at_1_nm(power: np.ndarray) -> np.ndarray:
-    """Relative light (471,) at 360–830 nm, 1 nm, from relative power; ȳ of power."""
+    """Relative luminous power (471,) at 360–830 nm, 1 nm, from relative power (471,)."""
     return power * cie_1931()[1][:, 1]
 
 
 def node_weights(light: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Share of a lamp's lumens that each node stands for (k,), none negative, adding up to 1.
+    """Shares (k,) of a lamp's lumens that the nodes stand for, none negative, their sum 1.
 
-    light : (471,) of `luminous_at_1_nm`, not all dark; nodes : (k,) [nm], on GRID
+    light : (471,) of `luminous_at_1_nm`, not all 0
+    nodes : (k,) [nm], on GRID
 
-    So that Σ w_k/(1 − tρ(λ_k)) is as near as can be, relatively, to the mean of 1/(1 − tρ) over the lamp's
-    light, for 1,269 measured paints in rooms that send t of their light back.
+    The shares w minimise the relative errors of Σ w_k/(1 − tρ(λ_k)) against the mean of 1/(1 − tρ) over the
+    lamp's light, for 1,269 measured paints in rooms that send the share t of their light back.
     """
     weights, _ = _fit(np.asarray(light), np.searchsorted(GRID, nodes))
     return weights / weights.sum()
 
 
-def place_nodes(lights: list[np.ndarray], lumens: list[float], start=START) -> np.ndarray:
-    """Wavelengths (k,) [nm] that do best for the lamps of a scene together.
+def place_nodes(lights: list[np.ndarray], lumens: list[float], start=FIRST_NODES) -> np.ndarray:
+    """Wavelengths (k,) [nm] of least error for the lamps of a scene together.
 
-    lights : (n_lamps, 471) of `luminous_at_1_nm`; lumens : (n_lamps,) [lm], by which they count
+    lights : (n_lamps, 471) of `luminous_at_1_nm`
+    lumens : (n_lamps,) [lm], the lamps' weights in the error
     start : (k,) [nm], on GRID
 
-    One node after the other goes where the squared errors, each lamp with weights of its own, are least.
+    Coordinate descent: one node after the other moves to the wavelength of least squared error, each lamp
+    having weights of its own, until a round lowers the error by less than 1e-4 of itself.
     """
     kinds: dict[bytes, float] = {}
     for light, amount in zip(lights, lumens, strict=True):
@@ -94,7 +94,7 @@ def place_nodes(lights: list[np.ndarray], lumens: list[float], start=START) -> n
 
     at = [int(k) for k in np.searchsorted(GRID, start)]
     least, before = left(at), np.inf
-    while least < before * (1 - IMPROVED):
+    while least < before * (1 - 1e-4):
         before = least
         for place in range(len(at)):
             for moved in sorted(set(range(len(GRID))) - set(at)):
@@ -105,7 +105,7 @@ def place_nodes(lights: list[np.ndarray], lumens: list[float], start=START) -> n
 
 
 def nodes_for_lamps(lights: list[np.ndarray], lumens: list[float]) -> BandSet:
-    """Six nodes for a scene's own lamps, as in `place_nodes`. They know lumens, and no colour."""
+    """Six nodes for a scene's own lamps, by `place_nodes`. They carry lumens and no colour."""
     nodes = place_nodes(lights, lumens)
     luminous = np.zeros((len(nodes), 3))
     luminous[:, 1] = 1.0

@@ -1,15 +1,13 @@
-"""Published ways from RGB to a spectrum, on colour-science's data, for many colours at once.
+"""Published methods from RGB to a spectrum, with colour-science's data, for many colours at once.
 
-colour-science takes one colour at a time (0.25 s each for Jakob's). Each is solved here for linear
-BT.709 under D65 by the package's own functional, so what misses the colour is the method itself.
+colour-science takes one colour at a time (0.25 s each for Jakob's method). Here each method is solved for
+linear BT.709 under D65 with the weights of `bt709_of_samples`, so that an error of the colour is the method's
+own.
 """
 
 import numpy as np
 
 from renderer.colour.bands import bt709_of_samples
-
-MAX_FIT_STEPS = 60
-"""Steps of Gauss and Newton for Jakob's three coefficients."""
 
 
 def mallett_2019(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -22,19 +20,19 @@ def mallett_2019(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def smits_1999(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """White, then a secondary, then a primary, as much of each as the colour has (B. Smits, J.
-    Graphics Tools 4(4), 1999, doi:10.1080/10867651.1999.10487511)."""
+    """The sum of white, one secondary and one primary spectrum, each by its share of the colour (B. Smits,
+    J. Graphics Tools 4(4), 1999, doi:10.1080/10867651.1999.10487511)."""
     from colour.recovery import SDS_SMITS1999 as SPECTRA
 
     nm = SPECTRA["white"].wavelengths
     primaries = np.array([SPECTRA[name].values for name in ("red", "green", "blue")])
-    # The secondary that lacks red, green, blue.
+    # The secondary without red, without green, without blue.
     secondaries = np.array([SPECTRA[name].values for name in ("cyan", "magenta", "yellow")])
 
     def mixed(drive: np.ndarray) -> np.ndarray:
         order = np.argsort(drive, axis=1, kind="stable")
         low, middle, high = np.take_along_axis(drive, order, axis=1).T[..., None]
-        # Smits's white dips to 0.9992; a grey must stay grey.
+        # White is 1 here: the published white falls to 0.9992, and a grey must stay grey.
         return (low + (middle - low) * secondaries[order[:, 0]]
                 + (high - middle) * primaries[order[:, 2]])
 
@@ -42,7 +40,7 @@ def smits_1999(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _with_its_colour(method, rgb: np.ndarray, nm: np.ndarray) -> np.ndarray:
-    """What a method gives for the input whose output, cut off at 0 and 1, comes nearest to `rgb`."""
+    """Spectra (n, k) of a method, limited to 0 … 1, for the input that brings them nearest to `rgb`."""
     weights = bt709_of_samples(nm)
     drive = rgb.copy()
     best = np.clip(method(drive), 0.0, 1.0)
@@ -57,8 +55,9 @@ def _with_its_colour(method, rgb: np.ndarray, nm: np.ndarray) -> np.ndarray:
 
 
 def otsu_2018(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Three eigenvectors of the measured spectra near the colour's chromaticity, cut off at 0 and 1
-    (H. Otsu, M. Yamamoto, T. Hachisuka, Comput. Graph. Forum 37(6), 2018, doi:10.1111/cgf.13332)."""
+    """The combination, limited to 0 … 1, of three eigenvectors of the measured spectra near the colour's
+    chromaticity (H. Otsu, M. Yamamoto, T. Hachisuka, Comput. Graph. Forum 37(6), 2018,
+    doi:10.1111/cgf.13332)."""
     from colour.recovery.otsu2018 import DATASET_REFERENCE_OTSU2018 as CLUSTERS
 
     from renderer.colour.bands import BT709_TO_XYZ
@@ -74,15 +73,15 @@ def otsu_2018(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         basis, mean = CLUSTERS.basis_functions[index], CLUSTERS.means[index]
         mix = np.linalg.solve(weights @ basis.T, (rgb[here] - weights @ mean).T).T
         spectra[here] = mix @ basis + mean
-    spectra[~rgb.any(axis=1)] = 0.0  # cutting off the mean spectrum's share would leave some
+    spectra[~rgb.any(axis=1)] = 0.0  # else the mean spectrum would leave black a little above 0
     return nm, np.clip(spectra, 0.0, 1.0)
 
 
 def jakob_2019(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A sigmoid of a parabola in wavelength, so always within 0 … 1 (W. Jakob, J. Hanika, Comput.
-    Graph. Forum 38(2), 2019, eqs. 2 and 3, doi:10.1111/cgf.13626).
+    """A sigmoid of a parabola in wavelength, always within 0 … 1 (W. Jakob, J. Hanika, Comput. Graph. Forum
+    38(2), 2019, eqs. 2 and 3, doi:10.1111/cgf.13626).
 
-    The three coefficients by damped Gauss–Newton steps (Levenberg–Marquardt) on linear BT.709.
+    Levenberg–Marquardt steps on linear BT.709 find the three coefficients.
     """
     nm = np.arange(360.0, 831.0, 5.0)
     weights = bt709_of_samples(nm)
@@ -93,13 +92,13 @@ def jakob_2019(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x = c @ powers
         return 0.5 + x / (2 * np.sqrt(1 + x * x))
 
-    # A start of the right brightness: the grey whose reflectance is the components' mean.
+    # Start at the grey whose reflectance is the components' mean.
     grey = np.clip(rgb.mean(axis=1), 1e-4, 1 - 1e-4)
     c = np.zeros_like(rgb)
     c[:, 0] = (grey - 0.5) / np.sqrt(grey * (1 - grey))
     damping = np.full(len(rgb), 1e-3)
     missed = rgb - spectra(c) @ weights.T
-    for _ in range(MAX_FIT_STEPS * 5):
+    for _ in range(300):
         x = c @ powers
         rise = 0.5 * (1 + x * x) ** -1.5
         jacobian = np.einsum("nk,ik,jk->nij", rise, weights, powers)
@@ -116,5 +115,5 @@ def jakob_2019(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if (np.linalg.norm(missed, axis=1) < 1e-9).all():
             break
     found = spectra(c)
-    found[~rgb.any(axis=1)] = 0.0  # which a sigmoid only nears
+    found[~rgb.any(axis=1)] = 0.0  # a sigmoid does not reach 0
     return nm, found

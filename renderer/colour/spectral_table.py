@@ -1,4 +1,4 @@
-"""Spectra of one file, side by side, and the choice of one of them."""
+"""The spectra of one file, and the choice of one of them."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class SpectralTable:
-    """Spectra of a file, side by side.
+    """The spectra of a file.
 
-    nm : (n,) [nm], ascending; values : (n, k); names : of each (k,); numbers : how each is counted in the
-    file (k,)
+    nm : (n,) [nm], ascending
+    values : (n, k) one column a spectrum
+    names : (k,) of the spectra, "" for none
+    numbers : (k,) of the spectra, as the file counts its rows or columns
     """
 
     nm: np.ndarray
@@ -19,28 +21,26 @@ class SpectralTable:
     numbers: list[int]
 
     def column(self, wanted: str | None) -> np.ndarray:
-        """The one spectrum (n,), or that of a name or number. Raises ValueError with a sentence."""
+        """The spectrum (n,) of a name or number; None for the only one. Raises ValueError with a sentence."""
         listed = ", ".join(f"#{k} {name}".rstrip()
                            for k, name in zip(self.numbers[:12], self.names, strict=False))
         listed += " …" if len(self.names) > 12 else ""
         if wanted is None:
             if len(self.names) > 1:
                 raise ValueError(f"has {len(self.names)} spectra: {listed}. Choose one by its number or "
-                                 f"name, as "
-                                 f"FILE#{self.numbers[0]}")
+                                 f"name, as FILE#{self.numbers[0]}")
             return self.values[:, 0]
         if wanted.isascii() and wanted.isdigit() and int(wanted) in self.numbers:
             return self.values[:, self.numbers.index(int(wanted))]
         named = [k for k, name in enumerate(self.names) if name.casefold() == wanted.strip().casefold()]
         if len(named) != 1:
             raise ValueError(f"has {len(named) or 'no'} spectra named {wanted[:40]!r}; it has {listed}. "
-                             f"Give the "
-                             "number or name of one")
+                             "Give the number or name of one")
         return self.values[:, named[0]]
 
 
 def sorted_table(nm: np.ndarray, values: np.ndarray, names: list[str], numbers: list[int]) -> SpectralTable:
-    """A table with ascending wavelengths. Raises ValueError where one is there twice."""
+    """A table of ascending wavelengths. Raises ValueError for two equal ones."""
     order = np.argsort(nm, kind="stable")
     nm, values = nm[order], values[order]
     twice = np.flatnonzero(np.diff(nm) <= 0)

@@ -1,8 +1,7 @@
-"""Spectra in text files, as instruments and programs write them: in rows or columns of numbers.
+"""Spectra in text files of instruments and programs, in rows or in columns of numbers.
 
-What separates the cells, which sign is the decimal one, and where the numbers begin is found in the file.
-What
-could be meant in two ways is refused, never guessed: commas of thousands, several columns, a broken row.
+The separator, the decimal sign and the first line of numbers follow from the file itself. A file with two
+possible meanings (commas between thousands, several columns, a broken row) is refused.
 """
 
 import re
@@ -11,44 +10,37 @@ import numpy as np
 
 from renderer.colour.cgats import read_cgats
 from renderer.colour.spectral_cells import (
-    FEWEST_IN_A_ROW,
-    LONGEST,
+    MIN_WAVELENGTHS_IN_ROW,
     NUMBER,
-    SHORTEST,
     WAVELENGTH,
-    Row,
+    CellRow,
+    cell_rows,
     decimal_sign,
+    may_be_wavelength,
     needed,
-    rows_of,
     value_in,
     wavelength_in,
 )
 from renderer.colour.spectral_table import SpectralTable, sorted_table
 
-LINE_END = re.compile(r"\r\n|\r|\n")
-HEADER_LINES = 4
-"""Lines above the first number in which columns may be named."""
-SAME = 0.02
-"""Share of the peak within which two tables of one file, one finer, are the same spectrum."""
-
 
 def read_spectral_text(text: str) -> SpectralTable:
-    """The spectra that a text holds. Raises ValueError with a sentence."""
-    lines = LINE_END.split(text)
+    """The spectra in a text. Raises ValueError with a sentence."""
+    lines = re.split(r"\r\n|\r|\n", text)
     if any(line.strip().upper().startswith("BEGIN_DATA_FORMAT") for line in lines):
         return read_cgats(lines)
-    rows = rows_of(lines)
+    rows = cell_rows(lines)
     point = decimal_sign(rows)
     return _in_rows(rows, point) or _in_columns(rows, point)
 
 
-def _in_rows(rows: list[Row], point: str) -> SpectralTable | None:
-    """Spectra that lie in rows below a row of wavelengths; None where there is no such row."""
+def _in_rows(rows: list[CellRow], point: str) -> SpectralTable | None:
+    """Spectra in rows below a row of wavelengths; None for a file without such a row."""
     for index, row in enumerate(rows):
         at = {k: nm for k, cell in enumerate(row.cells) if (nm := wavelength_in(cell, point)) is not None
-              and SHORTEST <= nm <= LONGEST}
+              and may_be_wavelength(nm)}
         nm = np.array([*at.values()])
-        if len(nm) < FEWEST_IN_A_ROW or len(nm) < len(row.cells) - 4 or not (
+        if len(nm) < MIN_WAVELENGTHS_IN_ROW or len(nm) < len(row.cells) - 4 or not (
                 (np.diff(nm) > 0).all() or (np.diff(nm) < 0).all()):
             continue
         below = [other for other in rows[index + 1:] if not other.comment and len(other.cells) > max(at)]
@@ -60,8 +52,8 @@ def _in_rows(rows: list[Row], point: str) -> SpectralTable | None:
     return None
 
 
-def _in_columns(rows: list[Row], point: str) -> SpectralTable:
-    """Spectra that lie in columns beside one of wavelengths."""
+def _in_columns(rows: list[CellRow], point: str) -> SpectralTable:
+    """Spectra in columns beside a column of wavelengths. Raises ValueError."""
     numbers = [[wavelength_in(row.cells[0], point), *(value_in(cell, point) for cell in row.cells[1:])]
                for row in rows]
     full = [k for k, row in enumerate(rows) if not row.comment and numbers[k][0] is not None
@@ -73,7 +65,7 @@ def _in_columns(rows: list[Row], point: str) -> SpectralTable:
     first, last = _longest_run(full, [len(row.cells) for row in rows])
     _refuse_stray(rows, numbers, first, last)
     table = rows[first:last + 1]
-    heads = rows[max(first - HEADER_LINES, 0):first]
+    heads = rows[max(first - 4, 0):first]  # names of columns stand in at most four lines above the numbers
     width = max(len(row.cells) for row in table)
     names, units = _names(heads, width)
     at = _wavelength_column(table, names, point)
@@ -92,7 +84,7 @@ def _in_columns(rows: list[Row], point: str) -> SpectralTable:
 
 
 def _longest_run(full: list[int], widths: list[int]) -> tuple[int, int]:
-    """First and last of the longest run of indices that follow each other with one number of cells."""
+    """First and last index of the longest run of consecutive rows of equal width."""
     runs, start = [], 0
     for k in range(1, len(full) + 1):
         if k == len(full) or full[k] != full[k - 1] + 1 or widths[full[k]] != widths[full[k - 1]]:
@@ -101,8 +93,8 @@ def _longest_run(full: list[int], widths: list[int]) -> tuple[int, int]:
     return max(runs, key=lambda run: run[1] - run[0])
 
 
-def _refuse_stray(rows: list[Row], numbers: list[list], first: int, last: int) -> None:
-    """Raise ValueError where a row outside the table begins like one of it."""
+def _refuse_stray(rows: list[CellRow], numbers: list[list], first: int, last: int) -> None:
+    """Raise ValueError for a row outside the table that begins like a row of the table."""
     width = len(rows[first].cells)
     for k in sorted(range(len(rows)), key=lambda k: max(first - k, k - last)):  # the nearest to the table
         row = rows[k]
@@ -110,14 +102,14 @@ def _refuse_stray(rows: list[Row], numbers: list[list], first: int, last: int) -
             continue
         if not NUMBER.match(row.cells[0].replace(",", ".")) and not WAVELENGTH.fullmatch(row.cells[0]):
             continue
-        if SHORTEST <= numbers[k][0] <= LONGEST and (k > last or len(row.cells) >= width - 1):
+        if may_be_wavelength(numbers[k][0]) and (k > last or len(row.cells) >= width - 1):
             raise ValueError(f"has {' '.join(row.cells)[:40]!r} in line {row.line}, which is no row of "
-                             f"{width} numbers "
-                             f"as in lines {rows[first].line} to {rows[last].line}. Correct or remove it")
+                             f"{width} numbers as in lines {rows[first].line} to {rows[last].line}. Correct "
+                             "or remove it")
 
 
-def _names(heads: list[Row], width: int) -> tuple[list[str], list[str]]:
-    """Names of so many columns, and all that is written above each."""
+def _names(heads: list[CellRow], width: int) -> tuple[list[str], list[str]]:
+    """Names of the columns (width,), and all text above each (width,)."""
     names, units = [""] * width, [""] * width
     for row in heads:
         if len(row.cells) != width or any(NUMBER.fullmatch(cell) for cell in row.cells[1:]):
@@ -133,8 +125,8 @@ def _names(heads: list[Row], width: int) -> tuple[list[str], list[str]]:
     return names, units
 
 
-def _wavelength_column(table: list[Row], names: list[str], point: str) -> int:
-    """Which column the wavelengths are in: the one named so, else the first but for one that only counts."""
+def _wavelength_column(table: list[CellRow], names: list[str], point: str) -> int:
+    """Index of the column of wavelengths: the one of that name, else the first that is no row number."""
     named = [k for k, name in enumerate(names) if re.match(r"wave|lambda|λ|wl\b|nm\b", name,
                                                            re.IGNORECASE)]
     if named:
@@ -145,16 +137,18 @@ def _wavelength_column(table: list[Row], names: list[str], point: str) -> int:
 
 
 def _nanometres(unit: str) -> float:
-    """Nanometres in the unit that stands above the wavelengths. Raises ValueError for wavenumbers."""
+    """Nanometres in the unit above the wavelengths. Raises ValueError for wavenumbers and energies."""
     if re.search(r"cm\s*(\^?-1|⁻¹)|1\s*/\s*cm|wavenumber|\beV\b|\bTHz\b", unit, re.IGNORECASE):
         raise ValueError(f"has {unit.strip()[:30]!r} above its first column; wavelengths must be in nm or "
-                         f"µm. "
-                         "Convert them")
+                         "µm. Convert them")
     return 1000.0 if re.search(r"[µμ]m|\bum\b|micron", unit, re.IGNORECASE) else 1.0
 
 
 def _one_of_blocks(nm: np.ndarray, values: np.ndarray, names: list[str], numbers: list[int]) -> SpectralTable:
-    """A table; where its wavelengths begin again it holds one spectrum twice, and the finer is taken."""
+    """The table, or the finer of two tables of one spectrum, one below the other in the file.
+
+    Raises ValueError where the two differ by more than 2 % of the peak.
+    """
     steps = np.diff(nm)
     back = steps * np.sign(np.median(steps)) < -0.5 * np.ptp(nm)
     blocks = np.split(np.arange(len(nm)), np.flatnonzero(back) + 1)
@@ -165,8 +159,7 @@ def _one_of_blocks(nm: np.ndarray, values: np.ndarray, names: list[str], numbers
     for table in tables:
         inside = (table.nm >= finest.nm[0]) & (table.nm <= finest.nm[-1])
         there = np.interp(table.nm[inside], finest.nm, finest.values[:, 0])
-        if np.abs(there - table.values[inside, 0]).max(initial=0) > SAME * np.abs(finest.values).max():
+        if np.abs(there - table.values[inside, 0]).max(initial=0) > 0.02 * np.abs(finest.values).max():
             raise ValueError(f"holds {len(tables)} tables, one below the other, that are not of one "
-                             f"spectrum. Leave "
-                             "one of them")
+                             "spectrum. Leave one of them")
     return finest

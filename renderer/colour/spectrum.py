@@ -1,4 +1,4 @@
-"""A spectrum as samples, and the files it is read from."""
+"""A spectrum as samples, and its files."""
 
 from dataclasses import dataclass
 from os.path import isfile
@@ -12,18 +12,12 @@ from renderer.errors import InputError
 from renderer.system.charsets import decode
 from renderer.system.input_files import read_input
 
-SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".spd", ".spdx", ".sp", ".ti3", ".cgats")
-"""Endings that spectral files have; a name with one of them is a file, and no illuminant."""
-REACH = (420, 680)
-"""Wavelengths [nm] a measured reflectance must reach; most files stop at 400 and 700."""
-KINDS = {"a reflectance": ("reflectance", "r-factor", "relative", "other"),
-         "a lamp's power": ("flux", "intensity", "irradiance", "radiance", "exitance", "relative", "other")}
-"""What of the quantities of IES TM-27-14 may stand for what is read."""
-NOISE = 0.005
-"""Measured reflectances may pass 0 or 1 by this much; they are set to 0 or 1."""
-
-LAMP_NOISE = 0.02
-"""Of a lamp's largest power, by which others may be below 0; they are set to 0."""
+SPECTRAL_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".spd", ".spdx", ".sp", ".ti3", ".cgats")
+"""Endings of spectral files; a name with one of them is a file, and no illuminant."""
+TM27_QUANTITIES = {
+    "a reflectance": ("reflectance", "r-factor", "relative", "other"),
+    "a lamp's power": ("flux", "intensity", "irradiance", "radiance", "exitance", "relative", "other")}
+"""Quantities of IES TM-27-14 that serve for each kind of spectrum."""
 
 
 @dataclass(frozen=True)
@@ -39,16 +33,19 @@ class Spectrum:
 
 
 def spectral_file(name: str, folder: Path = Path()) -> bool:
-    """Whether a name means a spectral file, by its ending or because it is one."""
-    plain = name.partition("#")[0]
-    return Path(plain).suffix.lower() in SUFFIXES or (bool(Path(plain).suffix) and isfile(folder / plain))
+    """Whether a name is that of a spectral file: by its ending, or because the file exists."""
+    suffix = Path(plain := name.partition("#")[0]).suffix
+    return suffix.lower() in SPECTRAL_SUFFIXES or (bool(suffix) and isfile(folder / plain))
 
 
 def read_spectrum(path: Path, where: str, kind: str) -> Spectrum:
-    """Read a text file of wavelengths and values, CGATS, or an IES TM-27 .spdx file; "file.csv#3" and
-    "file.csv#name" are one of its spectra, where it has several.
+    """Read a text file of wavelengths and values, a CGATS file or an IES TM-27 .spdx file.
 
-    `where` names the scene file and key for the message; kind : one of KINDS. Raises InputError.
+    path : "file.csv#3" and "file.csv#name" choose one of several spectra in a file
+    where : scene file and key, for messages
+    kind : a key of TM27_QUANTITIES
+
+    Raises InputError.
     """
     column = None
     if not isfile(path) and "#" in path.name:
@@ -64,21 +61,20 @@ def read_spectrum(path: Path, where: str, kind: str) -> Spectrum:
 
 
 def _samples(data: bytes, path: Path, kind: str, column: str | None) -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths [nm] and values (n,) of a file, of one of its spectra. Raises ValueError with a
-    sentence."""
+    """Wavelengths (n,) [nm] and values (n,) of one spectrum of a file. Raises ValueError with a sentence."""
     text = decode(data)
     if text.lstrip().startswith("<") or path.suffix.lower() == ".spdx":
         quantity, table = read_tm27(text)
-        if quantity not in KINDS[kind]:
+        if quantity not in TM27_QUANTITIES[kind]:
             raise ValueError(f"holds the quantity {quantity[:30]!r}, which is not {kind}; must be "
-                             f"{', '.join(KINDS[kind][:-1])} or other. Give another file")
+                             f"{', '.join(TM27_QUANTITIES[kind][:-1])} or other. Give another file")
     else:
         table = read_spectral_text(text)
     return table.nm, table.column(column)
 
 
 def _refuse_unusable(nm: np.ndarray, values: np.ndarray) -> None:
-    """Raise ValueError where samples are too few, or no wavelengths and values of a spectrum."""
+    """Raise ValueError for fewer than two samples, and for numbers that cannot be wavelengths or values."""
     if len(nm) < 2:
         raise ValueError(f"holds {len(nm)} sample(s); at least 2 are needed. Measure more")
     if nm[0] < 10 or nm[-1] > 1e5 or np.abs(values).max() > 1e30:
@@ -90,28 +86,31 @@ def _refuse_unusable(nm: np.ndarray, values: np.ndarray) -> None:
 
 
 def read_reflectance(path: Path, where: str) -> Spectrum:
-    """Read a measured reflectance, 0 … 1, that reaches from 420 to 680 nm. Raises InputError.
+    """Read a measured reflectance, 0 … 1, with samples from 420 nm or less to 680 nm or more.
 
-    Past its samples it keeps its end values.
+    Most instruments measure from 400 to 700 nm; beyond its samples a reflectance keeps its end values. Noise
+    of 0.005 below 0 and above 1 is cut off. Raises InputError.
     """
     spectrum = read_spectrum(path, where, "a reflectance")
-    if spectrum.nm[0] > REACH[0] or spectrum.nm[-1] < REACH[1]:
+    if spectrum.nm[0] > 420 or spectrum.nm[-1] < 680:
         raise InputError(f"{where}: {path.name} covers {spectrum.nm[0]:g} to {spectrum.nm[-1]:g} nm; a "
-                         f"reflectance must reach from {REACH[0]} to {REACH[1]} nm, past which its end "
-                         "values are kept. Measure or extend it.")
+                         "reflectance must reach from 420 to 680 nm, past which its end values are kept. "
+                         "Measure or extend it.")
     worst = spectrum.values[np.abs(spectrum.values - 0.5).argmax()]
-    if not -NOISE <= worst <= 1 + NOISE:
+    if not -0.005 <= worst <= 1.005:
         raise InputError(f"{where}: {path.name} holds the reflectance {worst:g}; must be from 0 to 1. "
                          "Divide percentages by 100.")
     return Spectrum(spectrum.nm, np.clip(spectrum.values, 0, 1))
 
 
 def read_lamp(path: Path, where: str) -> Spectrum:
-    """Read a lamp's spectral power, 1 at its peak; past its samples it is dark. Raises InputError."""
+    """Read a lamp's spectral power, scaled to 1 at its peak.
+
+    Noise down to −2 % of the peak is set to 0. A lamp is dark outside its samples. Raises InputError.
+    """
     spectrum = read_spectrum(path, where, "a lamp's power")
     peak = np.abs(spectrum.values).max()
-    if spectrum.values.min() < -LAMP_NOISE * peak:
+    if spectrum.values.min() < -0.02 * peak:
         raise InputError(f"{where}: {path.name} holds the power {spectrum.values.min():g} where its largest "
-                         f"is "
-                         f"{peak:g}; must not be negative. Put 0 there if it is noise.")
+                         f"is {peak:g}; must not be negative. Put 0 there if it is noise.")
     return Spectrum(spectrum.nm, np.clip(spectrum.values, 0, None) / (peak or 1.0))

@@ -1,6 +1,6 @@
-"""Tables the package ships (see data/README.md), and the command that makes the computed ones.
+"""The package's tables of spectra (data/README.md), and the command that computes some of them.
 
-`python -m renderer.colour.tables` rewrites data/cie_1nm.csv and data/cie_illuminants.csv from colour-science
+`python -m renderer.colour.tables` writes data/cie_1nm.csv and data/cie_illuminants.csv from colour-science,
 and data/munsell_eigenvectors.csv from the measured chips.
 """
 
@@ -33,11 +33,11 @@ def d65() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def cie_illuminants() -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The CIE illuminants by name: wavelengths (k,) [nm] where each is tabulated, 1 nm, and relative power
+    """The CIE illuminants by name: wavelengths (k,) [nm] at 1 nm over the tabulated range, and relative power
     (k,).
 
-    Between the tables' 5 nm the D series is linear (CIE 15:2018, 4.1), the others by Sprague's formula
-    (CIE 15:2018, 7.2.1; CIE 167:2005), no less than 0.
+    The tables have steps of 5 nm. Between them the D series is linear (CIE 15:2018, 4.1); the others follow
+    Sprague's formula (CIE 15:2018, 7.2.1; CIE 167:2005), with negative values removed.
     """
     with (DATA / "cie_illuminants.csv").open(encoding="utf-8") as file:
         _, *names = file.readline().strip().split(",")
@@ -48,7 +48,7 @@ def cie_illuminants() -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def _at_1_nm(nm: np.ndarray, power: np.ndarray, linear: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths [nm] and power at every 1 nm of a table of even steps, whose own samples stay."""
+    """Wavelengths [nm] and power at every 1 nm, from a table of even steps whose samples stay unchanged."""
     fine = np.arange(nm[0], nm[-1] + 0.5)
     if linear:
         return fine, np.interp(fine, nm, power)
@@ -56,18 +56,11 @@ def _at_1_nm(nm: np.ndarray, power: np.ndarray, linear: bool) -> tuple[np.ndarra
     return fine, _not_below_0(_sprague(power, steps), steps)
 
 
-# Sprague's quintic: Σ aⱼ tʲ between the third and the fourth of six values, a = SPRAGUE @ values, and the two
-# values past each end, EXTENDED @ six values (CIE 167:2005, eqs. 3 and 4).
-SPRAGUE = np.array([[0, 0, 24, 0, 0, 0], [2, -16, 0, 16, -2, 0], [-1, 16, -30, 16, -1, 0],
-                    [-9, 39, -70, 66, -33, 7], [13, -64, 126, -124, 61, -12], [-5, 25, -50, 50, -25, 5]]) / 24
-EXTENDED = np.array([[884, -1960, 3033, -2648, 1080, -180], [508, -540, 488, -367, 144, -24]]) / 209
-
-
 def _not_below_0(power: np.ndarray, steps: int) -> np.ndarray:
-    """Power (n,) whose dips below 0, where the quintic overshoots beside a line, are divided between the
-    wavelengths next to them until the power there absorbs them; its sum and its centre stay where they are.
+    """Power (n,) without the negative values that Sprague's quintic has beside a spectral line.
 
-    Every `steps`-th sample is the table's own and stays as it is.
+    Each negative value is divided between its neighbours until these absorb it, so that the sum and the
+    centre of the power stay the same. Every `steps`-th sample is the table's own and stays unchanged.
     """
     kept = np.arange(len(power)) % steps == 0
     at = np.flatnonzero(~kept)
@@ -89,19 +82,28 @@ def _not_below_0(power: np.ndarray, steps: int) -> np.ndarray:
 
 
 def _sprague(values: np.ndarray, steps: int) -> np.ndarray:
-    """Evenly spaced values (n,) with so many steps from each to the next (steps (n − 1) + 1,)."""
-    before, after = EXTENDED @ values[:6], EXTENDED[::-1] @ values[:-7:-1]
+    """Values (steps (n − 1) + 1,) interpolated by Sprague's quintic, `steps` from each given value (n,) to
+    the next.
+
+    Between the third and the fourth of six values the quintic is Σ aⱼ tʲ with a = quintic @ values; two
+    values past each end are extension @ the six end values (CIE 167:2005, eqs. 3 and 4).
+    """
+    quintic = np.array([[0, 0, 24, 0, 0, 0], [2, -16, 0, 16, -2, 0], [-1, 16, -30, 16, -1, 0],
+                        [-9, 39, -70, 66, -33, 7], [13, -64, 126, -124, 61, -12],
+                        [-5, 25, -50, 50, -25, 5]]) / 24
+    extension = np.array([[884, -1960, 3033, -2648, 1080, -180], [508, -540, 488, -367, 144, -24]]) / 209
+    before, after = extension @ values[:6], extension[::-1] @ values[:-7:-1]
     padded = np.concatenate([before, values, after])
     six = np.lib.stride_tricks.sliding_window_view(padded, 6)
     t = np.arange(steps) / steps
-    between = (six @ SPRAGUE.T) @ t ** np.arange(6)[:, None]
+    between = (six @ quintic.T) @ t ** np.arange(6)[:, None]
     return np.append(between.ravel(), values[-1])
 
 
 @cache
 def alpha_opic_action() -> np.ndarray:
-    """α-opic action spectra of CIE S 026:2018 (471, 5), at the wavelengths of the observer: S-cone, M-cone,
-    L-cone, rhodopic, melanopic; 0 where not tabulated."""
+    """α-opic action spectra of CIE S 026:2018 (471, 5) at 360–830 nm, 1 nm: S-cone, M-cone, L-cone, rhodopic,
+    melanopic; 0 where not tabulated."""
     table, (nm, _) = _table("cie_s026_alpha_opic_1nm.csv"), cie_1931()
     return np.column_stack([np.interp(nm, table[:, 0], column, left=0.0, right=0.0)
                             for column in table.T[1:]])
@@ -109,7 +111,7 @@ def alpha_opic_action() -> np.ndarray:
 
 @cache
 def munsell_chips() -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Notations (1269), wavelengths (81,) [nm] and reflectances (1269, 81) of matte chips."""
+    """Notations (1269), wavelengths (81,) [nm] and reflectances (1269, 81) of the matte Munsell chips."""
     raw = np.loadtxt(DATA / "munsell_matte_1269.csv.gz", delimiter=",", dtype=str)
     return raw[1:, 0].tolist(), raw[0, 1:].astype(float), raw[1:, 1:].astype(float)
 
@@ -149,7 +151,7 @@ def _write_illuminants() -> None:
 
 def _write_eigenvectors() -> None:
     _, nm, reflectance = munsell_chips()
-    # Uncentred, as in the deck: black must be reachable with all coefficients zero.
+    # Not centred on the mean: black is then the combination with all coefficients 0.
     _, _, rows = np.linalg.svd(reflectance, full_matrices=False)
     vectors = rows[:3].T * np.sign(rows[:3].sum(axis=1))
     np.savetxt(DATA / "munsell_eigenvectors.csv", np.column_stack([nm, vectors]), fmt="%.10g",

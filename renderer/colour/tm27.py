@@ -1,4 +1,4 @@
-"""Spectra in IES TM-27-14 files (.spdx): only what a spectrum needs is read of them."""
+"""Spectra in IES TM-27-14 files (.spdx); fields about the measurement are not read."""
 
 import re
 
@@ -6,15 +6,10 @@ import numpy as np
 
 from renderer.colour.spectral_table import SpectralTable
 
-MAX_SAMPLES = 100_000
-
 
 def read_tm27(text: str) -> tuple[str, SpectralTable]:
-    """The quantity, in small letters, and the spectra of an IES TM-27 file. Raises ValueError with a
-    sentence.
-
-    Fields that say how it was measured are not read, so they may hold anything.
-    """
+    """The quantity, in lower case, and the spectra of an IES TM-27 file. Raises ValueError with a
+    sentence."""
     from xml.etree import ElementTree
 
     if re.search(r"<!(DOCTYPE|ENTITY)", text, re.IGNORECASE):
@@ -25,7 +20,7 @@ def read_tm27(text: str) -> tuple[str, SpectralTable]:
         raise ValueError(f"is no IES TM-27 file: not XML ({error}). Download the file again") from None
     if _name(root) != "iestm2714":
         raise ValueError(f"is no IES TM-27 file: its outer element is {_name(root)[:30]!r}, not IESTM2714. "
-                         f"Give one")
+                         "Give one")
     spectra = [element for element in root.iter() if _name(element) == "spectraldistribution"]
     if not spectra:
         raise ValueError("is no IES TM-27 file: it has no SpectralDistribution. Download the file again")
@@ -42,7 +37,7 @@ def read_tm27(text: str) -> tuple[str, SpectralTable]:
 
 
 def _name(element) -> str:
-    """The element's name in small letters, without its namespace."""
+    """The element's name in lower case, without its namespace."""
     return element.tag.rpartition("}")[2].lower()
 
 
@@ -53,7 +48,7 @@ def _samples(distribution) -> tuple[np.ndarray, np.ndarray]:
     if not pairs:
         raise ValueError("has no SpectralData in its SpectralDistribution. Download the file again")
     numbers = []
-    for nm, value in pairs[:MAX_SAMPLES]:
+    for nm, value in pairs[:100_000]:  # 100 a nm over twice the visible range
         try:
             if "_" in (nm or "") + (value or ""):
                 raise ValueError

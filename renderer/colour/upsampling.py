@@ -1,7 +1,7 @@
-"""From three numbers to a spectrum: which of the many paints of that colour is meant?
+"""From a colour to a spectrum: the choice of one reflectance among the many of that colour.
 
-Each method takes linear BT.709 reflectances under D65 (n, 3), 0 … 1, and returns its wavelengths
-(k,) [nm] and reflectances (n, k), all within 0 … 1: a reflectance above 1 would make light.
+Each method takes linear BT.709 reflectances under D65 (n, 3), 0 … 1, and returns wavelengths (k,) [nm] and
+reflectances (n, k), all within 0 … 1: a reflectance above 1 would create light.
 """
 
 from collections.abc import Callable
@@ -13,43 +13,41 @@ from renderer.colour.published import jakob_2019, mallett_2019, otsu_2018, smits
 from renderer.colour.tables import munsell_eigenvectors
 
 RGB_WEIGHT = 1e4
-"""How much more an error of the colour counts than one of shape: the colour holds to 1e-7."""
-STEPS = 80
+"""Weight of an error of the colour relative to one of shape: large enough to hold the colour to 1e-7."""
 
 Method = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def cube() -> np.ndarray:
-    """The thousand colours (1000, 3): 0, 0.1 … 0.9 on each axis, linear BT.709, red slowest."""
+    """A thousand colours (1000, 3) in linear BT.709: 0, 0.1 … 0.9 on each axis, red varying slowest."""
     steps = np.arange(10) / 10
     return np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def plain_eigen(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The deck's method as it stands: the combination of three eigenvectors of 1,269 measured chips
-    that has the colour. Leaves 0 … 1 for saturated colours."""
+    """The combination of three eigenvectors of 1,269 measured chips that has the colour. It leaves 0 … 1 for
+    saturated colours."""
     nm, vectors = munsell_eigenvectors()
     return nm, rgb @ np.linalg.inv(bt709_of_samples(nm) @ vectors).T @ vectors.T
 
 
 def clipped_eigen(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same cut off at 0 and 1, which changes the colour."""
+    """The combination of `plain_eigen` limited to 0 … 1, which changes the colour."""
     nm, plain = plain_eigen(rgb)
     return nm, np.clip(plain, 0.0, 1.0)
 
 
 def munsell_eigen(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The deck's method made physical: within 0 … 1 and of exactly the colour asked.
+    """The spectrum within 0 … 1 that has the colour and is nearest to the combination of `plain_eigen`.
 
-    Of all spectra within 0 … 1, the one that minimises |x − plain|² + RGB_WEIGHT² |Wx − rgb|², W the
-    functional that takes samples to linear BT.709. Where some spectrum has the colour, that is the
-    one of exactly this colour nearest to the plain combination; else one of the nearest colour.
-    At the minimum x = clip(plain + Wᵀy) with Wx + y/RGB_WEIGHT² = rgb: three equations a colour, solved
-    for all colours at once by Newton's method (the left side is monotone in y).
+    It minimises |x − plain|² + RGB_WEIGHT² |Wx − rgb|² over spectra x within 0 … 1, where W takes samples to
+    linear BT.709. Where no spectrum has the colour, the minimum is a spectrum of the nearest colour. At the
+    minimum x = clip(plain + Wᵀy) with Wx + y/RGB_WEIGHT² = rgb: three equations a colour, solved for all
+    colours at once by Newton's method, the left side being monotone in y.
     """
     nm, plain = plain_eigen(rgb)
     weights = bt709_of_samples(nm)
-    # In units in which W has orthonormal rows the three equations are alike in size.
+    # In units in which W has orthonormal rows, the three equations have one scale.
     left, size, _ = np.linalg.svd(weights, full_matrices=False)
     even = (left / size).T @ weights
     goal = rgb @ (left / size)
@@ -60,7 +58,7 @@ def munsell_eigen(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return goal - np.clip(plain + y @ even, 0.0, 1.0) @ even.T - y @ ridge
 
     residual = missed(y)
-    for _ in range(STEPS):
+    for _ in range(80):
         shape = plain + y @ even
         free = ((shape > 0.0) & (shape < 1.0)).astype(float)
         slope = np.einsum("nk,ik,jk->nij", free, even, even) + ridge
@@ -72,7 +70,10 @@ def munsell_eigen(rgb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _descend(missed, y: np.ndarray, step: np.ndarray, residual: np.ndarray):
-    """Each row's longest of the steps 1, ½, ¼ … that lessens what is missed."""
+    """One step of each row by the longest of 1, ½, ¼ … of `step` that reduces the row's residual.
+
+    Returns y, the residual (n, 3) and whether all rows have converged.
+    """
     before = np.linalg.norm(residual, axis=1)
     share = np.ones(len(y))
     for _ in range(40):
@@ -87,4 +88,4 @@ def _descend(missed, y: np.ndarray, step: np.ndarray, residual: np.ndarray):
 UPSAMPLING: dict[str, Method] = {
     "munsell-eigen": munsell_eigen, "jakob-2019": jakob_2019, "mallett-2019": mallett_2019,
     "otsu-2018": otsu_2018, "smits-1999": smits_1999}
-"""What a scene may name."""
+"""Upsampling methods by their name in scene files."""

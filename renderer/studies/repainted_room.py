@@ -6,7 +6,7 @@ their reflectance in it. It is solved at some Chebyshev points and interpolated.
 
 import numpy as np
 
-from renderer.colour.bands import COMPARED
+from renderer.colour.bands import COMPARED_BAND_SETS
 from renderer.errors import InputError
 from renderer.readings.photometer import make_meter
 from renderer.scene.scene import Scene
@@ -58,7 +58,7 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     plan = make_plan(scene, accuracy or scene.solver.accuracy, scene.solver.patch_size)
     transport = store.transport(scene, plan, seed, progress)
     lumens = [lum.lumens for lum in scene.luminaires]
-    bands = {name: scene.band_set(name) for name in COMPARED}
+    bands = {name: scene.band_set(name) for name in COMPARED_BAND_SETS}
     shares = {name: scene.flux(b).sum(axis=0) * b.luminous / sum(lumens) for name, b in bands.items()}
     progress(f"{scene.title}: every reflectance of {material!r}")
     nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
