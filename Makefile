@@ -38,8 +38,10 @@ examples: $(VENV)/tested
 	$(BIN)/python docs/api.py
 	$(BIN)/python docs/notebook.py
 
-# Speed against accuracy in three rooms, into docs/tradeoff.md; on a quiet machine.
+# Speed against accuracy in three rooms, beside Mitsuba and Radiance, into docs/tradeoff.md: some eight
+# minutes on a quiet machine. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
 tradeoff: $(VENV)/installed
+	$(BIN)/pip install --quiet --editable '.[peers]'
 	for room in grey_room red_room furnished_room; do \
 		$(BIN)/renderer tradeoff $$room --quiet > /dev/null && \
 		cp outputs/$${room}_tradeoff.png docs/pictures/tradeoff_$$room.png || exit 1; done

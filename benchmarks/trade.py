@@ -27,7 +27,7 @@ import renderer  # before numpy, as in performance.py
 import numpy as np
 
 from renderer.readings.grid import readable
-from renderer.scene.reading import load_table, revised
+from renderer.scene.reading import revised
 from renderer.scene.scene import Scene
 from renderer.solving.measure import read_grid
 from renderer.solving.refine import solve_until
@@ -59,10 +59,10 @@ def read(scene: Scene, accuracy: float, bands: str = "rgb"):
 
 def changed(name, edit) -> Scene:
     """A scene whose table edit(table) has changed."""
-    scene, table = load_table(name)
-    other = deepcopy(table)
-    edit(other)
-    return revised(scene, table, other)
+    scene = renderer.load(name)
+    table = deepcopy(scene.table)
+    edit(table)
+    return revised(scene, table)
 
 
 def as_photometers(name, edit) -> Scene:

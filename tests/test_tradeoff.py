@@ -3,16 +3,21 @@
 import csv
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import renderer
 from renderer.colour.bands import BAND_SETS
 from renderer.errors import InputError
+from renderer.scene.reading import packaged_scenes
 from renderer.scene.schema import SolverTable
 from renderer.solving.plan import Plan, make_plan
-from renderer.studies import tradeoff
+from renderer.studies import tradeoff, tradeoff_asked
+from renderer.studies.peers.curves import PeerCurve
+from renderer.studies.peers.export import CannotRun
 from renderer.studies.tradeoff import Setting, Tradeoff, asked_for, grid, measure
-from renderer.studies.tradeoff_files import COLUMNS, recommendations, save, words
+from renderer.studies.tradeoff_asked import lambertian, measure_asked
+from renderer.studies.tradeoff_files import COLUMNS, _seconds_to, recommendations, save, words
 
 FLOOR = {"name": "floor", "position": [2.0, 2.0, 0.0], "normal": [0, 0, 1]}
 
@@ -23,6 +28,11 @@ def small(monkeypatch):
     monkeypatch.setattr(tradeoff, "LONGER", (6.0, 3.0))
     monkeypatch.setattr(tradeoff, "LONGER_BY_RAYS", (6.0,))
     monkeypatch.setattr(tradeoff, "RAYS", (256,))
+    monkeypatch.setattr(tradeoff_asked, "ASKED", (0.1, 0.01))
+    monkeypatch.setattr(tradeoff_asked, "PROMISE", 0.005)
+    monkeypatch.setattr(tradeoff_asked, "FINEST_GATHER", 0.02)
+    monkeypatch.setattr(tradeoff_asked, "REFERENCE_MESH", 0.1)
+    monkeypatch.setattr(tradeoff_asked, "PEERS", {})
 
 
 def setting(seconds, error, bands="31", method="contour", patches=100):
@@ -48,6 +58,52 @@ def test_a_room_is_measured_and_written(small, room, tmp_path):
     assert len(rows) == len(found.settings)
     assert sum(int(r["on_front"]) for r in rows) == len(found.front)
     assert "31 bands take" in words(found)
+    assert [a.accuracy for a in found.asked.asked] == [0.1, 0.01]
+    for a in found.asked.asked:
+        assert a.seconds > 0
+        assert a.bar <= a.accuracy
+        assert a.error <= 1.5 * (a.bar + found.asked.floor)
+    assert "| --accuracy | time s |" in files[1].read_text()
+    assert "From 10 % to 1 % the time of all readings goes from" in files[1].read_text()
+
+
+def test_other_programs_are_given_the_points_of_grids_and_lambertian_lamps(room, small, monkeypatch):
+    grid = {"name": "area", "origin": [1.0, 1.0, 0.75], "u": [2.0, 0, 0], "v": [0, 2.0, 0], "spacing": 1.0}
+    pendant = {"shape": "ies", "file": str(packaged_scenes() / "luminaires" / "office_pendant.ies"),
+               "center": [2.0, 2.0, 2.5]}
+    given = []
+
+    def curve(scene, error_of):
+        given.append(scene)
+        error = error_of(np.full(len(scene.photometers), 100.0))
+        return PeerCurve("peer", "1", ((0.1, error), (0.4, error / 2)))
+
+    monkeypatch.setattr(tradeoff_asked, "PEERS", {"peer": (lambda: None, curve), "other": (missing, curve)})
+    scene = room({"rgb": [0.5, 0.4, 0.3]}, luminaires=[pendant], photometers=[FLOOR],
+                 grids=[grid])
+    found = measure_asked(scene, 0, lambda step: None)
+    assert found.lambertian
+    assert found.skipped == ("other is skipped",)
+    points = len(scene.grids[0].points)
+    assert len(given[0].photometers) == 1 + points
+    lamp, = given[0].luminaires
+    assert lamp.distribution is None
+    assert lamp.lumens == pytest.approx(scene.luminaires[0].lumens, rel=1e-12)
+    assert np.allclose(lamp.corners, scene.luminaires[0].corners)
+    # The figures of a room with those lamps err by nothing, held against themselves.
+    lux = np.array([r.total_lx for r in renderer.solve(given[0], "rgb", 0.05).photometers()])
+    truth = np.array([lux[0], lux[1:].mean(), lux[1:].min()])
+    error_of = tradeoff_asked._error_of(lambertian(scene), [np.ones(points, dtype=bool)], truth)
+    assert error_of(lux) == pytest.approx(0, abs=1e-12)
+    assert error_of(np.append(1.02 * lux[:1], lux[1:])) == pytest.approx(0.02)
+
+
+def missing():
+    raise CannotRun("other is skipped")
+
+
+def test_seconds_to_an_error_follow_the_curve():
+    assert _seconds_to([(1.0, 0.1), (4.0, 0.05), (16.0, 0.025)], 0.01) == pytest.approx(100.0)
 
 
 def test_the_front_is_what_none_beats():

@@ -147,16 +147,17 @@ def _painted(scene: str, material: str | None, solving: Solving, progress):
 def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | None = None) -> None:
     """Time every way to solve a scene, measure its error, and recommend one for 5 %, 1 % and 0.2 %.
 
+    Also times --accuracy 10 % to 0.2 %, and Mitsuba and Radiance where the extra `peers` is installed.
     Writes <scene>_tradeoff.csv, .png and .md.
 
     Parameters
     ----------
     scene
-        A scene file, or the name of a packaged room; it needs photometers.
+        A scene file, or the name of a packaged room; it needs photometers. Grids are read for --accuracy.
     """
     from renderer.scene.reading import load
     from renderer.studies.tradeoff import measure
-    from renderer.studies.tradeoff_files import recommendations, save, words
+    from renderer.studies.tradeoff_files import asked_table, recommendations, save, words
     from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
@@ -169,7 +170,7 @@ def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | Non
     with progress_shown(output.quiet) as progress:
         found = measure(loaded, solving.seed, progress)
         files = save(found, out)
-    table = recommendations(found)
-    show(table.title, table.columns, table.rows)
+    for table in (recommendations(found), asked_table(found)):
+        show(table.title, table.columns, table.rows)
     tell(words(found))
     list_files(files, out)

@@ -1,5 +1,6 @@
 """Time against error: every setting of a scene, and those that none beats."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from renderer.colour.bands import BAND_SETS
@@ -7,13 +8,17 @@ from renderer.pictures.charts import new_figure, saved
 
 COLOURS = ("#d62728", "#ff9d76", "#7b3fa0", "#b8b8b8", "#7f7f7f", "#1f77b4", "#101010")
 """Of BAND_SETS."""
+ASKED_COLOUR, PEER_COLOURS = "#2a8c3c", ("#b8860b", "#8c564b")
 LOWEST = 1e-6
 
 
-def save_front(title: str, settings: list, front: list, marked: list, floor: float, path: Path) -> Path:
+def save_front(title: str, settings: list, front: list, marked: list, floor: float, path: Path,
+               asked: Sequence = (), peers: Sequence = (), note: str = "") -> Path:
     """Draw settings (with bands, method, seconds, error) and the line through the best of them.
 
     front : from the fastest on; marked : ringed; floor : error that the reference itself may have
+    asked : what `--accuracy` takes (with accuracy, seconds, error); peers : of other programs (with name and
+    points of seconds and error); note : on what these were given
     """
     from matplotlib.ticker import LogLocator
 
@@ -35,12 +40,19 @@ def save_front(title: str, settings: list, front: list, marked: list, floor: flo
               label="none is faster and better", drawstyle="steps-post")
     axes.scatter([s.seconds for s in marked], [errors[id(s)] for s in marked], s=150, color="none",
                  edgecolor="black", lw=1.3, zorder=4, label="recommended")
+    _add_asked(axes, asked)
+    for peer, colour, marker in zip(peers, PEER_COLOURS, "sD", strict=False):
+        axes.plot(*zip(*((seconds, 100 * max(error, LOWEST)) for seconds, error in peer.points), strict=True),
+                  color=colour, marker=marker, ms=4, lw=1.2, zorder=5, label=f"{peer.name}{note}")
+    more = [100 * max(a.error, LOWEST) for a in asked]
+    more += [100 * max(error, LOWEST) for peer in peers for _, error in peer.points]
+    lowest, highest = min([lowest, *more]), max([highest, *more])
     axes.axhspan(min(lowest / 2, 50 * floor), 100 * floor, color="#e9efe6", zorder=0,
                  label="below what the reference tells")
     for target in (5, 1, 0.2):
         axes.axhline(target, color="#a0a0a0", lw=0.7, ls=":", zorder=1)
-    axes.set(xscale="log", yscale="log", xlabel="seconds, warm: form factors, bands, readings",
-             ylabel="error in %: the worst photometer, or the surfaces' means",
+    axes.set(xscale="log", yscale="log", xlabel="seconds, warm: from the loaded scene to the readings",
+             ylabel="error in %: the worst of all readings",
              ylim=(min(lowest / 2, 50 * floor), max(2 * highest, 8)))
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -49,3 +61,14 @@ def save_front(title: str, settings: list, front: list, marked: list, floor: flo
     axes.grid(which="major", color="#ececec", zorder=0)
     figure.legend(loc="outside right upper", fontsize=8.5, frameon=False)
     return saved(figure, path)
+
+
+def _add_asked(axes, asked: Sequence) -> None:
+    if not asked:
+        return
+    errors = [100 * max(a.error, LOWEST) for a in asked]
+    axes.plot([a.seconds for a in asked], errors, color=ASKED_COLOUR, marker="P", ms=8, lw=1.6, zorder=6,
+              label="--accuracy, with grids and bars")
+    for a, error in zip(asked, errors, strict=True):
+        axes.annotate(f"{100 * a.accuracy:g} %", (a.seconds, error), (5, 4), zorder=7, fontsize=8,
+                      textcoords="offset points", color=ASKED_COLOUR)

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from renderer.scene.scene import Scene
 from renderer.solving.plan import Plan, make_plan
 from renderer.solving.solution import solve_on
 from renderer.solving.transport_store import Progress, TransportStore
+from renderer.studies.tradeoff_asked import AskedStudy, measure_asked
 from renderer.transport.transport import Transport, compute_transport, refuse_hidden
 
 LONGER = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0)
@@ -75,12 +76,14 @@ class Tradeoff:
     """Every setting of a scene.
 
     reference : in a sentence; floor : its own 95 % half-width over its reading, the largest [1]
+    asked : what `--accuracy` takes, with grids, and other programs
     """
 
     scene: Scene
     settings: list[Setting]
     reference: str
     floor: float
+    asked: AskedStudy = field(default_factory=AskedStudy)
 
     @property
     def front(self) -> list[Setting]:
@@ -143,7 +146,7 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
         progress(f"{scene.title}: setting {number + 1} of {len(plans)}, patches of {each.patch_size:.3g} m"
                  + (f", {each.rays} rays" if each.rays else ""))
         settings += _in_every_band_set(scene, each, seed, truth)
-    return Tradeoff(scene, settings, said, floor)
+    return Tradeoff(scene, settings, said, floor, measure_asked(scene, seed, progress))
 
 
 def grid(plan: Plan, own: float | None) -> list[Plan]:

@@ -1,6 +1,6 @@
 """A measured trade as a table, a picture, and in words."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,8 +29,9 @@ def save(found: Tradeoff, out: Path) -> list[Path]:
     with whole_file(files[1]) as part:
         part.write_text("\n".join(_markdown(found)) + "\n", encoding="utf-8")
     marked = list(dict.fromkeys(s for s in map(found.recommended, TARGETS) if s))
+    note = ", Lambertian lamps" if found.asked.lambertian else ""
     return [*files, save_front(found.scene.title, found.settings, front, marked, found.floor,
-                               out / f"{stem}.png")]
+                               out / f"{stem}.png", found.asked.asked, found.asked.peers, note)]
 
 
 def recommendations(found: Tradeoff) -> Table:
@@ -55,9 +56,64 @@ def _cells(s: Setting) -> list[str]:
 
 
 def _markdown(found: Tradeoff) -> list[str]:
-    table = recommendations(found)
+    table = asked_table(found)
     return [f"| {' | '.join(table.columns)} |", "|" + "---|" * len(table.columns),
-            *(f"| {' | '.join(row)} |" for row in table.rows), "", words(found)]
+            *(f"| {' | '.join(row)} |" for row in table.rows), "", " ".join(three_sentences(found))]
+
+
+def asked_table(found: Tradeoff) -> Table:
+    """What `--accuracy` takes and errs by."""
+    rows = [[f"{100 * a.accuracy:g} %", f"{a.seconds:.2g}", _percent(a.bar), _percent(a.error)]
+            for a in found.asked.asked]
+    return Table(f"{found.scene.title}: what --accuracy takes, held against readings known to "
+                 f"{_percent(found.asked.floor)}",
+                 ["--accuracy", "time s", "widest bar", "largest error"], rows)
+
+
+def three_sentences(found: Tradeoff) -> list[str]:
+    """What the picture shows: of what is asked, of other programs, of the settings."""
+    asked, floor = found.asked.asked, found.asked.floor
+    off = [a for a in asked if a.error > a.bar + floor]
+    span = (f"From {100 * asked[0].accuracy:g} % to {100 * asked[-1].accuracy:g} % the time of all readings "
+            f"goes from {asked[0].seconds:.2g} to {asked[-1].seconds:.2g} s")
+    if off:
+        said = (f"{span}; asked for {_listed(a.accuracy for a in off)} a reading errs by more than the "
+                f"widest bar, by {_percent(max(a.error for a in off))} at most.")
+    else:
+        said = (f"{span}, and each time all readings are within the widest bar of a much finer solution's, "
+                f"which are known to {_percent(floor)}.")
+    return [said, _of_peers(found), _of_bands(found)]
+
+
+def _of_peers(found: Tradeoff) -> str:
+    own = next((a for a in found.asked.asked if a.accuracy == 0.01), None)
+    if own is None or not found.asked.peers:
+        return " ".join(found.asked.skipped)
+    given = ", which were given Lambertian lamps of the same outlines" if found.asked.lambertian else ""
+    times = " and ".join(f"{peer.name} {peer.version} about {_seconds_to(peer.points, own.bar):.2g} s"
+                         for peer in found.asked.peers)
+    return (f"Asked for 1 % this program takes {own.seconds:.2g} s for bars of {_percent(own.bar)} at most; "
+            f"for errors as large, all meters in one run, it takes {times}{given}.")
+
+
+def _seconds_to(points: Sequence[tuple[float, float]], error: float) -> float:
+    """When a curve of (seconds, error) falls to an error: errors fall as 1/√seconds."""
+    level = np.median([e * np.sqrt(seconds) for seconds, e in points])
+    return float((level / error) ** 2)
+
+
+def _of_bands(found: Tradeoff) -> str:
+    by = {name: [s for s in found.settings if s.bands == name] for name in ("31", "rgb")}
+    dearer = np.median([a.seconds / b.seconds for a, b in zip(by["31"], by["rgb"], strict=True)])
+    best = next(filter(None, (found.recommended(t) for t in (0.01, 0.05))), None)
+    exact = {name: _percent(min(s.error for s in of)) for name, of in by.items()}
+    said = (f"On one mesh 31 bands take {dearer:.3g} times as long as RGB, which at best is {exact['rgb']} "
+            f"off here, 31 bands {exact['31']}")
+    if best is None:
+        return f"{said}."
+    return (f"{said}; of {len(found.settings)} settings without bars the fastest for 1 % is bands = "
+            f"\"{best.bands}\" and patch_size = {best.patch_size:.3g}: {best.seconds:.2g} s, "
+            f"{_percent(best.error)} off.")
 
 
 def words(found: Tradeoff) -> str:

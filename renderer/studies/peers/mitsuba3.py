@@ -11,11 +11,11 @@ which moves a reading by about 0.01 % beyond its error bar.
 import multiprocessing
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from importlib.util import find_spec
-from itertools import count
+from itertools import chain, count, repeat
 from typing import TypeVar
 
 import numpy as np
@@ -43,6 +43,8 @@ VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 PIXELS = 16
 PATHS = 1024
 """Paths a pixel in one pass."""
+PATHS_OF_A_BATCH = 256
+"""Paths a pixel in one pass of all meters."""
 PASSES = 100_000
 """More passes than any reading takes."""
 Result = TypeVar("Result")
@@ -134,25 +136,52 @@ def read_all(room: Handover, stream: int, aim: list[float], seconds: float) -> l
     stream : a number for each room, so that none shares another's random numbers; aim : half-width of each
     meter [lx] that will do; seconds : [s]
     """
-    import mitsuba as mi
-
-    scene = mi.load_dict(scene_dict(room, *room.meters))
-    count, paths = len(room.meters), 256
-    cameras = {f"meter{k}": _camera(meter) for k, meter in enumerate(room.meters)}
-    sensor = mi.load_dict({"type": "batch", **cameras, "film": {**_film(), "width": PIXELS * count},
-                           "sampler": {"type": "multijitter", "sample_count": paths}})
-    integrator = mi.load_dict({"type": "path", "max_depth": -1})
     batches: list[np.ndarray] = []
     started = time.perf_counter()
-    while True:
-        pixels = np.array(mi.render(scene, sensor=sensor, integrator=integrator, spp=paths,
-                                    seed=stream * PASSES + len(batches)), dtype=float)
-        lx = np.pi * pixels @ room.luminous  # (PIXELS, PIXELS · meters)
-        batches.append(lx.reshape(PIXELS, count, PIXELS).transpose(1, 0, 2).reshape(count, -1))
+    for lx in _batch_passes(room, stream, repeat(PATHS_OF_A_BATCH)):
+        batches.append(lx)
         got = [value(each) for each in np.concatenate(batches, axis=1)]
         if time.perf_counter() - started > seconds or all(
                 each.half_width <= most for each, most in zip(got, aim, strict=True)):
             return got
+    raise AssertionError("passes do not end")
+
+
+def read_growing(room: Handover, stream: int, paths: tuple[int, ...], seconds: float
+                 ) -> list[tuple[float, np.ndarray]]:
+    """All meters of a room at once: after each pass, seconds since the first began and the mean of all paths
+    so far (n_meters,) [lx].
+
+    paths : a pixel of each pass, the last again and again; seconds : after which no more begins
+    """
+    found, total, traced = [], np.zeros(len(room.meters)), 0
+    started = time.perf_counter()
+    for k, lx in enumerate(_batch_passes(room, stream, chain(paths, repeat(paths[-1])))):
+        each = paths[min(k, len(paths) - 1)]
+        total, traced = total + each * lx.mean(axis=1), traced + each
+        found.append((time.perf_counter() - started, total / traced))
+        if found[-1][0] > seconds:
+            break
+    return found
+
+
+def _batch_passes(room: Handover, stream: int, paths: Iterable[int]) -> Iterator[np.ndarray]:
+    """Readings of each pixel (n_meters, PIXELS²) [lx] by passes of so many paths each."""
+    import mitsuba as mi
+
+    scene, count = mi.load_dict(scene_dict(room, *room.meters)), len(room.meters)
+    cameras = {f"meter{k}": _camera(meter) for k, meter in enumerate(room.meters)}
+    integrator = mi.load_dict({"type": "path", "max_depth": -1})
+    sensors = {}
+    for k, each in enumerate(paths):
+        if each not in sensors:
+            sensors[each] = mi.load_dict({"type": "batch", **cameras,
+                                          "film": {**_film(), "width": PIXELS * count},
+                                          "sampler": {"type": "multijitter", "sample_count": each}})
+        pixels = np.array(mi.render(scene, sensor=sensors[each], integrator=integrator, spp=each,
+                                    seed=stream * PASSES + k), dtype=float)
+        lx = np.pi * pixels @ room.luminous  # (PIXELS, PIXELS · meters)
+        yield lx.reshape(PIXELS, count, PIXELS).transpose(1, 0, 2).reshape(count, -1)
 
 
 def scene_dict(room: Handover, *meters: Meter) -> dict:

@@ -10,7 +10,9 @@ an irradiance is an independent estimate. One and 1,024 ambient rays agree; 1,02
 import os
 import tempfile
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from subprocess import CalledProcessError
@@ -45,8 +47,15 @@ def readings_in_radiance(scenes: list[Scene], progress: Progress) -> list[list[V
     if find_spec("pyradiance") is None:
         raise CannotRun(f"{NAME} is skipped: the package pyradiance is not installed; "
                         "pip install 'spectral-radiosity[peers]' brings it.")
-    try:
+    with running():
         return [_readings(scene, progress) for scene in scenes]
+
+
+@contextmanager
+def running() -> Iterator[None]:
+    """What keeps Radiance from running, as one sentence. Raises CannotRun."""
+    try:
+        yield
     except (ImportError, OSError, RuntimeError, CalledProcessError) as error:
         raise CannotRun(f"{NAME} is skipped: it does not run ({' '.join(str(error).split())}); "
                         "see pyradiance's installation notes.") from None
@@ -86,14 +95,24 @@ def read(octree: Path, meter: Meter, luminous: np.ndarray, precision: float = PR
     return value(_trace(octree, meter, int(max(min(precise, affordable), PILOT))) @ luminous)
 
 
+def read_many(octree: Path, meters: list[Meter], luminous: np.ndarray, rays: int) -> np.ndarray:
+    """What meters read by as many independent rays each (n_meters,) [lx], in one run."""
+    return (_trace_all(octree, meters, rays) @ luminous).mean(axis=1)
+
+
 def _trace(octree: Path, meter: Meter, rays: int) -> np.ndarray:
     """Irradiance by as many independent rays (rays, 3)."""
+    return _trace_all(octree, [meter], rays)[0]
+
+
+def _trace_all(octree: Path, meters: list[Meter], rays: int) -> np.ndarray:
+    """Irradiance of each meter by as many independent rays (n_meters, rays, 3)."""
     import pyradiance
 
-    ray = np.concatenate([meter.position, meter.normal])
-    out = pyradiance.rtrace(np.tile(ray, (rays, 1)).tobytes(), octree, header=False, inform="d",
+    sent = np.array([np.concatenate([meter.position, meter.normal]) for meter in meters])
+    out = pyradiance.rtrace(np.repeat(sent, rays, axis=0).tobytes(), octree, header=False, inform="d",
                             outform="d", irradiance=True, uncorrelated=True, params=PARAMETERS)
-    return np.frombuffer(out).reshape(rays, 3)
+    return np.frombuffer(out).reshape(len(meters), rays, 3)
 
 
 def radiance_text(room: Handover) -> str:
