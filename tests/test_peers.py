@@ -172,8 +172,8 @@ def test_peers_read_closed_forms_in_black_rooms(room, package, readings):
         assert one.lx == pytest.approx(DIRECT[shape], abs=allowed), shape
 
 
-@pytest.mark.parametrize(("package", "curve"), [("mitsuba", curves.in_mitsuba),
-                                                ("pyradiance", curves.in_radiance)])
+@pytest.mark.parametrize(("package", "curve"), [("mitsuba", curves.mitsuba_curve),
+                                                ("pyradiance", curves.radiance_curve)])
 def test_the_curve_of_a_peer_goes_to_the_closed_form(room, monkeypatch, package, curve):
     if find_spec(package) is None:
         pytest.skip(f"{package} is not installed")

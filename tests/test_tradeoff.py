@@ -28,11 +28,11 @@ def small(monkeypatch):
     monkeypatch.setattr(tradeoff, "LONGER", (6.0, 3.0))
     monkeypatch.setattr(tradeoff, "LONGER_BY_RAYS", (6.0,))
     monkeypatch.setattr(tradeoff, "RAYS", (256,))
-    monkeypatch.setattr(tradeoff_asked, "ASKED", (0.1, 0.01))
+    monkeypatch.setattr(tradeoff_asked, "ASKED_ACCURACIES", (0.1, 0.01))
     monkeypatch.setattr(tradeoff_asked, "PROMISE", 0.005)
     monkeypatch.setattr(tradeoff_asked, "FINEST_GATHER", 0.02)
     monkeypatch.setattr(tradeoff_asked, "REFERENCE_MESH", 0.1)
-    monkeypatch.setattr(tradeoff_asked, "PEERS", {})
+    monkeypatch.setattr(tradeoff_asked, "PEER_CURVES", {})
 
 
 def setting(seconds, error, bands="31", method="contour", patches=100):
@@ -78,7 +78,8 @@ def test_other_programs_are_given_the_points_of_grids_and_lambertian_lamps(room,
         error = error_of(np.full(len(scene.photometers), 100.0))
         return PeerCurve("peer", "1", ((0.1, error), (0.4, error / 2)))
 
-    monkeypatch.setattr(tradeoff_asked, "PEERS", {"peer": (lambda: None, curve), "other": (missing, curve)})
+    monkeypatch.setattr(tradeoff_asked, "PEER_CURVES",
+                        {"peer": (lambda: None, curve), "other": (missing, curve)})
     scene = room({"rgb": [0.5, 0.4, 0.3]}, luminaires=[pendant], photometers=[FLOOR],
                  grids=[grid])
     found = measure_asked(scene, 0, lambda step: None)

@@ -17,10 +17,10 @@ from renderer.solving.plan import FINEST_GATHER, PROMISE, Plan, make_plan
 from renderer.solving.refine import solve_until
 from renderer.solving.solution import Solution, solve
 from renderer.solving.transport_store import Progress
-from renderer.studies.peers.curves import PEERS, PeerCurve
+from renderer.studies.peers.curves import PEER_CURVES, PeerCurve
 from renderer.studies.peers.export import CannotRun
 
-ASKED = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002)
+ASKED_ACCURACIES = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002)
 """Accuracies that are tried."""
 REFERENCE_MESH = 0.005
 """Accuracy whose mesh and rays a reference by paths has: they count only after a reflection."""
@@ -57,12 +57,12 @@ class AskedStudy:
 
 
 def measure_asked(scene: Scene, seed: int, progress: Progress) -> AskedStudy:
-    """Read a scene with each accuracy of ASKED, and in the peers that are installed."""
+    """Read a scene with each accuracy of ASKED_ACCURACIES, and in the peers that are installed."""
     progress(f"{scene.title}: the reference for what is asked")
     truth, bars, in_rgb, areas = _reference(scene, seed, "31")
     lit = truth > 0
     found = []
-    for accuracy in ASKED:
+    for accuracy in ASKED_ACCURACIES:
         progress(f"{scene.title}: asked for {100 * accuracy:g} %")
         value, bar, seconds = _timed_reading(scene, accuracy, seed)
         found.append(Asked(accuracy, seconds, _largest(bar[lit] / truth[lit]),
@@ -126,7 +126,7 @@ def _beside_peers(scene: Scene, seed: int, in_rgb: np.ndarray, areas: list[np.nd
     """Curves of the peers; whether they were given Lambertian luminaires; why one has none."""
     same, skipped, curves = lambertian(scene), [], []
     truth = in_rgb
-    for name, (installed, curve) in PEERS.items():
+    for name, (installed, curve) in PEER_CURVES.items():
         try:
             installed()
             if same is not scene and truth is in_rgb:

@@ -19,9 +19,9 @@ from renderer.studies.peers.export import CannotRun, Handover, hand_over
 
 MAX_SECONDS = 12.0
 """Seconds after which a peer begins no finer run."""
-PATHS = (4, 4, 8, 16, 32, 64, 128, 256)
+PATHS_OF_PASSES = (4, 4, 8, 16, 32, 64, 128, 256)
 """Paths a pixel of Mitsuba's passes; past the last, as many each time."""
-RAYS = (1, 4, 16, 64, 256, 1024)
+RAYS_OF_RUNS = (1, 4, 16, 64, 256, 1024)
 """Rays a meter of Radiance's runs, each of 1,024 ambient rays."""
 
 ErrorOf = Callable[[np.ndarray], float]
@@ -38,7 +38,7 @@ class PeerCurve:
     points: tuple[tuple[float, float], ...]
 
 
-def in_mitsuba(scene: Scene, error_of: ErrorOf) -> PeerCurve:
+def mitsuba_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
     """Mitsuba 3, every meter as pixels of one batch sensor, in a running process. Raises CannotRun."""
     room = hand_over(scene)
     variant, found = mitsuba3.in_mitsuba(partial(_traced, room))
@@ -47,11 +47,11 @@ def in_mitsuba(scene: Scene, error_of: ErrorOf) -> PeerCurve:
 
 
 def _traced(room: Handover, process: ProcessPoolExecutor) -> list[tuple[float, np.ndarray]]:
-    process.submit(mitsuba3.read_growing, room, 1, PATHS[:1], 0.0).result()  # compiles
-    return process.submit(mitsuba3.read_growing, room, 2, PATHS, MAX_SECONDS).result()
+    process.submit(mitsuba3.read_growing, room, 1, PATHS_OF_PASSES[:1], 0.0).result()  # compiles
+    return process.submit(mitsuba3.read_growing, room, 2, PATHS_OF_PASSES, MAX_SECONDS).result()
 
 
-def in_radiance(scene: Scene, error_of: ErrorOf) -> PeerCurve:
+def radiance_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
     """Radiance's rtrace without an ambient cache, a process on each core. Raises CannotRun."""
     room = hand_over(scene)
     points: list[tuple[float, float]] = []
@@ -59,7 +59,7 @@ def in_radiance(scene: Scene, error_of: ErrorOf) -> PeerCurve:
         octree = radiance.write_octree(room, Path(folder))
         shares = np.array_split(np.arange(len(room.meters)), min(os.cpu_count() or 1, len(room.meters)))
         with ThreadPoolExecutor(len(shares)) as pool:
-            for rays in RAYS:
+            for rays in RAYS_OF_RUNS:
                 started = time.perf_counter()
                 read = pool.map(lambda some, rays=rays: radiance.read_many(
                     octree, [room.meters[k] for k in some], room.luminous, rays), shares)
@@ -77,6 +77,6 @@ def _needs(name: str, package: str) -> None:
                         "pip install 'spectral-radiosity[peers]' brings it.")
 
 
-PEERS = {mitsuba3.NAME: (partial(_needs, mitsuba3.NAME, "mitsuba"), in_mitsuba),
-         radiance.NAME: (partial(_needs, radiance.NAME, "pyradiance"), in_radiance)}
+PEER_CURVES = {mitsuba3.NAME: (partial(_needs, mitsuba3.NAME, "mitsuba"), mitsuba_curve),
+         radiance.NAME: (partial(_needs, radiance.NAME, "pyradiance"), radiance_curve)}
 """What raises CannotRun where a peer is not installed, and what measures it."""
