@@ -45,6 +45,9 @@ FORMS = {
     "tab, decimal commas": rows("\t", ","),
     "space, decimal commas": rows("  ", ",", form="{:.4f}"),
     "comma and space": rows(", "),
+    "comma and tab": "wavelength,\tpower\n" + rows(",\t"),
+    "tab and comma": rows("\t,"),
+    "comma and space, decimal commas": rows(", ", ","),
     "trailing comma": "wavelength_nm,power,\n" + rows().replace("\n", ",\n"),
     "several header lines": "Name,my lamp\nDate,2020-01-01\nwavelength,power\n" + rows(),
     "units below names": "Wavelength,Power\n[nm],[W/nm]\n" + rows(),
@@ -73,6 +76,11 @@ FORMS = {
     + "".join(
         f"{nm:7.3f};{x:9.5f}\n".replace(".", ",") for nm, x in zip(NM, POWER, strict=True)
     ),
+    "Avantes, padded": "Integration time: 100.00 ms\nData measured with spectrometer name: 0804016U1"
+    + "\0" * 40 + "\nWave   ;Sample\n[nm]   ;[counts]\n" + rows(";", form="{:.4f}"),
+    "JCAMP-DX": "##TITLE= EXPORTED: mine\n##JCAMP-DX= 5 $$ made by hand\n##XUNITS= NANOMETERS\n"
+    "##YUNITS= COUNTS\n##XFACTOR= 1.0\n##YFACTOR= 0.5\n##NPOINTS= 4\n##XYPOINTS= (XY..XY)\n"
+    + "".join(f"{nm:.2f}, {2 * x:.3f}\n" for nm, x in zip(NM, POWER, strict=True)) + "##END=\n",
     "OceanView": "Data from x.txt Node\n\nDate: Thu Jan 02\nUser: me\nSpectrometer: USB\n"
     "Integration Time (sec): 1.000000E-1\nNumber of Pixels in Spectrum: 4\n"
     ">>>>>Begin Spectral Data<<<<<\n" + rows("\t", form="{:.3f}") + ">>>>>End Spectral Data<<<<<\n",
@@ -118,9 +126,18 @@ SAMPLES = ("CTI3\nSPECTRAL_NORM \"100.0\"\nBEGIN_DATA_FORMAT\nSAMPLE_ID RGB_R SP
            "END_DATA_FORMAT\nBEGIN_DATA\nA1 0.0 10 40 90 50\nA2 100.0 20 80 90 50\nEND_DATA\n")
 
 
+GAPS = "nm,Seen,S\n" + "".join(f"{nm:g},{x:g},{'' if nm > 650 else 1}\n"
+                             for nm, x in zip(NM, POWER, strict=True))
+"""The second of its spectra stops at 600 nm."""
+COUNTED = "wavelength,1,2,3\n" + "".join(f"{nm:g},7,{x:g},8\n" for nm, x in zip(NM, POWER, strict=True))
+JCAMP = "##TITLE=x\n##JCAMP-DX=5\n##XUNITS=NANOMETERS\n" + "".join(
+    f"##TITLE=x: {name}\n##XYPOINTS=(XY..XY)\n{rows(', ', ',')}##END=\n" for name in ("mine", "dark"))
+
+
 @pytest.mark.parametrize(("content", "column", "scale"), [
     (SEVERAL, "#2", 1), (SEVERAL, "#Sample", 1), (SEVERAL, "#reference", 2), (SEVERAL, "#4", 2),
-    (SAMPLES, "#1", 1), (SAMPLES, "#A1", 1)])
+    (SAMPLES, "#1", 1), (SAMPLES, "#A1", 1), (GAPS, "#2", 1), (GAPS, "#Seen", 1), (COUNTED, "#2", 1),
+    (JCAMP, "#mine", 1), (JCAMP, "#1", 1)])
 def test_one_of_several_is_chosen_by_number_or_name(read, content, column, scale):
     assert read(content, column=column).values == pytest.approx(scale * POWER)
 
@@ -133,6 +150,13 @@ def test_one_of_several_is_chosen_by_number_or_name(read, content, column, scale
     ("400;1,250\n500;1,375\n700;2,500\n", "", "may be 1.250 or 1250"),
     ("400;1.250,5\n500;1,375.2\n700;2,5\n", "", "both"),
     ("400,0,1\n500,0,4\n700,0,5\n", "", "2 spectra"),
+    (GAPS, "", "2 spectra: #2 Seen, #3 S"), (GAPS.replace("500,0.4", "500,"), "#2", "no number at 500 nm"),
+    (GAPS.replace("500,0.4", "500,x"), "#3", "'x' in line 3, column 2"),
+    (COUNTED, "", "3 spectra: #1, #2, #3"), (COUNTED, "#4", "no spectra named '4'"),
+    (JCAMP, "", "2 spectra: #1 mine, #2 dark"), (JCAMP.replace("(XY..XY)", "(X++(Y..Y))"), "", "only pairs"),
+    (JCAMP.replace("NANOMETERS", "1/CM"), "#1", "must be NANOMETERS"),
+    (JCAMP.replace("500, 0,4", "500, 0,4; 510, 0,4"), "#1", "one pair a line"),
+    ("##JCAMP-DX=5\n##END=\n", "", "no ##XYPOINTS"),
     ("400,0.1\n500,abc\n600,0.9\n700,0.5\n", "", "line 2"),
     ("400,0.1\n500,0.4\n600,\n700,0.5\n", "", "line 3"),
     ("400,0.1\n500,nan\n600,0.9\n700,0.5\n", "", "line 2"),
@@ -170,6 +194,29 @@ def test_a_reflectance_in_per_cent_says_so_in_its_header(tmp_path):
     (tmp_path / "p.csv").write_text("Wavelength [nm],Reflectance\n400,10\n700,50\n")
     with pytest.raises(renderer.InputError, match="Divide percentages"):
         read_reflectance(tmp_path / "p.csv", "FILE")
+
+
+def test_a_column_ends_where_its_numbers_do(read):
+    found = read(GAPS, column="#S")
+    assert (found.nm.tolist(), found.values.tolist()) == ([400, 500, 600], [1, 1, 1])
+
+
+def test_noise_where_nothing_is_seen_is_left_out(tmp_path):
+    noisy = "190,-40\n250,1e6\n370,0.2\n400,0.1\n700,0.5\n790,0.4\n900,-7\n"
+    (tmp_path / "p.csv").write_text(noisy)
+    assert read_reflectance(tmp_path / "p.csv", "FILE").nm.tolist() == [370, 400, 700, 790]
+    lamp = noisy.replace("250,1e6", "350,0").replace("900,-7", "831,0")
+    (tmp_path / "p.csv").write_text(lamp)
+    assert read_lamp(tmp_path / "p.csv", "FILE").nm.tolist() == [350, 370, 400, 700, 790, 831]
+    (tmp_path / "p.csv").write_text(noisy.replace("0.1", "-0.1"))
+    with pytest.raises(renderer.InputError, match=r"-0\.1 at 400 nm"):
+        read_reflectance(tmp_path / "p.csv", "FILE")
+
+
+def test_a_quantity_that_tm_27_has_not_says_nothing(read):
+    assert read(FORMS["TM-27"].replace("radiance", "W/nm")).values == pytest.approx(POWER)
+    with pytest.raises(renderer.InputError, match="'reflectance', which is not a lamp's power"):
+        read(FORMS["TM-27"].replace("radiance", "Reflectance"))
 
 
 def test_noise_of_a_lamp_is_cut_off(tmp_path):

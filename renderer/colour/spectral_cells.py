@@ -8,20 +8,25 @@ from math import isfinite
 import numpy as np
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
+NO_NUMBER = re.compile(r"[+-]?(nan|inf(inity)?|#?n/?a|-+|#NUM!|-?1\.#\w+)", re.IGNORECASE)
 WITH_COMMA = re.compile(r"[+-]?[\d.]*,[\d.,]*(?P<exponent>[eE][+-]?\d+)?")
 WAVELENGTH = re.compile(r"[^\d,;]*?[\[(]?(?P<nm>\d{2,5}([.,]\d+)?)\s*[\[(]?\s*nm\s*[\])]?", re.IGNORECASE)
 """A wavelength with its unit, and optionally a label before it."""
 MIN_WAVELENGTHS_IN_ROW = 8
 """Least number of wavelengths in a row that make it the head of a table with one spectrum a row."""
+COMMA_AND_SPACE = re.compile(r"\s*,\s+|\s+,\s*")
+"""A separator that leaves commas within cells to be decimal signs."""
 
 
 @dataclass(frozen=True)
 class CellRow:
-    """A line of the file: its number, its cells, and whether it is a comment."""
+    """A line of the file: its number, its cells, whether it is a comment, and the number of its cells with
+    blank ones at the end (0 between white space)."""
 
     line: int
     cells: list[str]
     comment: bool = False
+    width: int = 0
 
 
 def may_be_wavelength(number: float) -> bool:
@@ -40,10 +45,11 @@ def cell_rows(lines: list[str]) -> list[CellRow]:
         if not line.strip():
             continue
         cells = [cell.strip().strip("\"'").strip() for cell in cells_of(line, separator)]
+        width = 0 if separator is None else len(cells)
         while cells and not cells[-1]:
             cells.pop()
         if cells:
-            rows.append(CellRow(number, cells, bool(comment)))
+            rows.append(CellRow(number, cells, bool(comment), width))
     return rows
 
 
@@ -51,6 +57,8 @@ def cells_of(line: str, separator: str | None) -> list[str]:
     """The cells of a line between separators, or between white space (None). Raises ValueError."""
     if separator is None:
         return line.split()
+    if separator == ", ":
+        return COMMA_AND_SPACE.split(line.strip())
     try:
         return next(csv.reader([line.strip(" ").replace("\0", " ")], delimiter=separator), [])
     except csv.Error as error:
@@ -58,7 +66,12 @@ def cells_of(line: str, separator: str | None) -> list[str]:
 
 
 def _separator(numeric: list[str]) -> str | None:
-    """The separator in most lines of numbers: tab, semicolon or comma; None for white space."""
+    """The separator in most lines of numbers: tab, semicolon, comma, or comma beside white space; None for
+    white space."""
+    beside = sum(bool(COMMA_AND_SPACE.search(line.strip())) for line in numeric)
+    if beside > len(numeric) / 2 and not any(";" in line for line in numeric):
+        within = any(re.search(r"\d,\d", line) for line in numeric)
+        return ", " if within and not any("." in line for line in numeric) else ","
     for sign in "\t;":
         if sum(sign in line.strip() for line in numeric) > len(numeric) / 2:
             return sign
@@ -113,7 +126,7 @@ def decimal_sign(rows: list[CellRow]) -> str:
 
 def value_in(cell: str, point: str) -> float | None:
     """The number in a cell: NaN for the name of none, as "n/a" or "inf", and None for other text."""
-    if re.fullmatch(r"[+-]?(nan|inf(inity)?|#?n/?a|-+|#NUM!|-?1\.#\w+)", cell, re.IGNORECASE):
+    if NO_NUMBER.fullmatch(cell):
         return np.nan
     text = cell.replace(".", "").replace(",", ".") if point == "," and "," in cell else cell.replace(",", "")
     text = re.sub("[dD]", "e", text.strip().removesuffix("%").strip())
@@ -140,3 +153,10 @@ def needed(row: CellRow, k: int, point: str) -> float:
         raise ValueError(f"has {cell[:30]!r} in line {row.line}, which is not a finite number. "
                          "Correct or remove it")
     return value
+
+
+def needed_or_blank(row: CellRow, k: int, point: str) -> float:
+    """The number in cell k of a row, NaN for a blank cell or the name of no number. Raises ValueError for
+    other text."""
+    cell = row.cells[k] if k < len(row.cells) else ""
+    return np.nan if not cell or NO_NUMBER.fullmatch(cell) else needed(row, k, point)

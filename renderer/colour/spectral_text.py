@@ -9,6 +9,7 @@ import re
 import numpy as np
 
 from renderer.colour.cgats import read_cgats
+from renderer.colour.jcamp import is_jcamp, read_jcamp
 from renderer.colour.spectral_cells import (
     MIN_WAVELENGTHS_IN_ROW,
     NUMBER,
@@ -18,6 +19,7 @@ from renderer.colour.spectral_cells import (
     decimal_sign,
     may_be_wavelength,
     needed,
+    needed_or_blank,
     value_in,
     wavelength_in,
 )
@@ -29,6 +31,8 @@ def read_spectral_text(text: str) -> SpectralTable:
     lines = re.split(r"\r\n|\r|\n", text)
     if any(line.strip().upper().startswith("BEGIN_DATA_FORMAT") for line in lines):
         return read_cgats(lines)
+    if is_jcamp(lines):
+        return read_jcamp(lines)
     rows = cell_rows(lines)
     point = decimal_sign(rows)
     return _in_rows(rows, point) or _in_columns(rows, point)
@@ -62,7 +66,7 @@ def _in_columns(rows: list[CellRow], point: str) -> SpectralTable:
         raise ValueError("has no rows of numbers, a wavelength and its value in each. Give a table of them")
     if any(row.comment for row in rows[full[0]:]):
         return _in_columns([row for k, row in enumerate(rows) if not row.comment or k < full[0]], point)
-    first, last = _longest_run(full, [len(row.cells) for row in rows])
+    first, last = _longest_run(full, rows)
     _refuse_stray(rows, numbers, first, last)
     table = rows[first:last + 1]
     heads = rows[max(first - 4, 0):first]  # names of columns stand in at most four lines above the numbers
@@ -77,17 +81,23 @@ def _in_columns(rows: list[CellRow], point: str) -> SpectralTable:
     if not np.isfinite(nm).all() or not columns:
         raise ValueError(f"has no number in line {table[int(np.argmin(np.isfinite(nm)))].line} where the "
                          "wavelength should be. Correct it")
-    values = np.array([[needed(row, k, point) for k in columns] for row in table])
+    number = needed if len(columns) == 1 else needed_or_blank
+    values = np.array([[number(row, k, point) for k in columns] for row in table])
     values = values / np.array([100.0 if "%" in units[k] else 1.0 for k in columns])
     scale = _nanometres(units[at])
     return _one_of_blocks(nm * scale, values, [names[k] for k in columns], [k + 1 for k in columns])
 
 
-def _longest_run(full: list[int], widths: list[int]) -> tuple[int, int]:
-    """First and last index of the longest run of consecutive rows of equal width."""
+def _longest_run(full: list[int], rows: list[CellRow]) -> tuple[int, int]:
+    """First and last index of the longest run of consecutive rows of equal width, blank cells at the end
+    counted or not."""
+
+    def alike(one: CellRow, other: CellRow) -> bool:
+        return len(one.cells) == len(other.cells) or one.width == other.width > 0
+
     runs, start = [], 0
     for k in range(1, len(full) + 1):
-        if k == len(full) or full[k] != full[k - 1] + 1 or widths[full[k]] != widths[full[k - 1]]:
+        if k == len(full) or full[k] != full[k - 1] + 1 or not alike(rows[full[k]], rows[full[k - 1]]):
             runs.append((full[start], full[k - 1]))
             start = k
     return max(runs, key=lambda run: run[1] - run[0])
@@ -112,7 +122,9 @@ def _names(heads: list[CellRow], width: int) -> tuple[list[str], list[str]]:
     """Names of the columns (width,), and all text above each (width,)."""
     names, units = [""] * width, [""] * width
     for row in heads:
-        if len(row.cells) != width or any(NUMBER.fullmatch(cell) for cell in row.cells[1:]):
+        if len(row.cells) != width:
+            continue
+        if any(NUMBER.fullmatch(cell) for cell in row.cells[1:]) and not _counts(row.cells):
             continue
         for k, cell in enumerate(row.cells):
             units[k] += f" {cell}"
@@ -123,6 +135,13 @@ def _names(heads: list[CellRow], width: int) -> tuple[list[str], list[str]]:
         units = ["µm" if re.search(r"[\[(][µμu]m[\])]", last) else "",
                  *["%" if re.search(r"[\[(]\s*%\s*[\])]", last) else ""] * (width - 1)]
     return names, units
+
+
+def _counts(cells: list[str]) -> bool:
+    """Whether cells are a word and whole numbers from 0 or 1 on, which name columns."""
+    count = [str(k) for k in range(len(cells))]
+    return len(cells) > 2 and not NUMBER.fullmatch(cells[0]) and (
+        cells[1:] == count[1:] or cells[1:] == count[:-1])
 
 
 def _wavelength_column(table: list[CellRow], names: list[str], point: str) -> int:

@@ -12,7 +12,8 @@ from renderer.errors import InputError
 from renderer.system.charsets import decode
 from renderer.system.input_files import read_input
 
-SPECTRAL_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".spd", ".spdx", ".sp", ".ti3", ".cgats")
+SPECTRAL_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".spd", ".spdx", ".sp", ".ti3", ".cgats",
+                     ".jdx", ".dx", ".ttt", ".trt", ".irr", ".jaz", ".ccss")
 """Endings of spectral files; a name with one of them is a file, and no illuminant."""
 TM27_QUANTITIES = {
     "a reflectance": ("reflectance", "r-factor", "relative", "other"),
@@ -70,7 +71,7 @@ def _samples(data: bytes, path: Path, kind: str, column: str | None) -> tuple[np
                              f"{', '.join(TM27_QUANTITIES[kind][:-1])} or other. Give another file")
     else:
         table = read_spectral_text(text)
-    return table.nm, table.column(column)
+    return table.column(column)
 
 
 def _refuse_unusable(nm: np.ndarray, values: np.ndarray) -> None:
@@ -96,11 +97,21 @@ def read_reflectance(path: Path, where: str) -> Spectrum:
         raise InputError(f"{where}: {path.name} covers {spectrum.nm[0]:g} to {spectrum.nm[-1]:g} nm; a "
                          "reflectance must reach from 420 to 680 nm, past which its end values are kept. "
                          "Measure or extend it.")
-    worst = spectrum.values[np.abs(spectrum.values - 0.5).argmax()]
+    spectrum = _within(spectrum, 380.0, 780.0)
+    k = np.abs(spectrum.values - 0.5).argmax()
+    worst = spectrum.values[k]
     if not -0.005 <= worst <= 1.005:
-        raise InputError(f"{where}: {path.name} holds the reflectance {worst:g}; must be from 0 to 1. "
-                         "Divide percentages by 100.")
+        raise InputError(f"{where}: {path.name} holds the reflectance {worst:g} at {spectrum.nm[k]:g} nm; "
+                         "must be from 0 to 1. Divide percentages by 100; leave out noise at the ends.")
     return Spectrum(spectrum.nm, np.clip(spectrum.values, 0, 1))
+
+
+def _within(spectrum: Spectrum, low: float, high: float) -> Spectrum:
+    """The samples between two wavelengths [nm] and the nearest beyond each: farther off, where nothing is
+    seen, instruments often give noise."""
+    first, last = np.searchsorted(spectrum.nm, [low, high], side="right")
+    kept = slice(max(first - 1, 0), last + 1)
+    return Spectrum(spectrum.nm[kept], spectrum.values[kept])
 
 
 def read_lamp(path: Path, where: str) -> Spectrum:
@@ -108,7 +119,7 @@ def read_lamp(path: Path, where: str) -> Spectrum:
 
     Noise down to −2 % of the peak is set to 0. A lamp is dark outside its samples. Raises InputError.
     """
-    spectrum = read_spectrum(path, where, "a lamp's power")
+    spectrum = _within(read_spectrum(path, where, "a lamp's power"), 360.0, 830.0)
     peak = np.abs(spectrum.values).max()
     if spectrum.values.min() < -0.02 * peak:
         raise InputError(f"{where}: {path.name} holds the power {spectrum.values.min():g} where its largest "

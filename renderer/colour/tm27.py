@@ -6,6 +6,10 @@ import numpy as np
 
 from renderer.colour.spectral_table import SpectralTable
 
+QUANTITIES = ("flux", "absorptance", "transmittance", "reflectance", "intensity", "irradiance", "radiance",
+              "exitance", "r-factor", "t-factor", "relative", "other")
+"""Quantities of IES TM-27-14. Some files name a unit instead, which counts as "other"."""
+
 
 def read_tm27(text: str) -> tuple[str, SpectralTable]:
     """The quantity, in lower case, and the spectra of an IES TM-27 file. Raises ValueError with a
@@ -32,8 +36,9 @@ def read_tm27(text: str) -> tuple[str, SpectralTable]:
         raise ValueError(f"has {len(columns)} spectra of different wavelengths. Give a file of one")
     if (np.diff(nm) <= 0).any():
         raise ValueError(f"has the wavelength {nm[:-1][np.diff(nm) <= 0][0]:g} nm twice. Remove one of them")
-    return quantity or "other", SpectralTable(nm, np.column_stack([values for _, values in columns]),
-                                              [""] * len(columns), [*range(1, len(columns) + 1)])
+    table = SpectralTable(nm, np.column_stack([values for _, values in columns]), [""] * len(columns),
+                          [*range(1, len(columns) + 1)])
+    return quantity if quantity in QUANTITIES else "other", table
 
 
 def _name(element) -> str:

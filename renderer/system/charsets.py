@@ -26,15 +26,23 @@ def decode(data: bytes) -> str:
     """
     if data[:2] in UTF_16:
         return _utf_16(data, "utf-16")
-    if b"\0" in data:
+    if b"\0" in data and not _padded(data):
         even, odd = data[:4000:2].count(0), data[1:4000:2].count(0)
         if max(even, odd) < 0.2 * len(data[:4000]) or min(even, odd) > 0:
             raise ValueError("is no plain text (it holds zero bytes). Save it as text, in UTF-8")
         return _utf_16(data, "utf-16-le" if odd > even else "utf-16-be")
+    data = data.replace(b"\0", b" ")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return _legacy(data)
+
+
+def _padded(data: bytes) -> bool:
+    """Whether zero bytes do no more than fill up a text, as behind a name in a field of fixed length."""
+    rest = data.replace(b"\0", b"")
+    runs = len(re.findall(rb"\0+", data))
+    return not re.search(rb"[\x01-\x08\x0e-\x1f\x7f]", rest) and 2 * runs < data.count(b"\0") < len(rest)
 
 
 def _utf_16(data: bytes, name: str) -> str:
