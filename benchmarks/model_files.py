@@ -20,8 +20,8 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.scene.model_files.heap import areas, heap, volumes
-from renderer.scene.model_files.read import FORMATS, read_polygons
-from renderer.scene.model_files.triangulate import newell, triangulated
+from renderer.scene.model_files.read import MODEL_FORMATS, read_polygons
+from renderer.scene.model_files.triangulate import newell, triangles_of_polygons
 from renderer.scene.model_files.weld import facets
 from renderer.scene.room import winding
 
@@ -57,7 +57,7 @@ def examined(path: Path, patches: bool) -> dict:
 def area_error(file) -> float:
     """How far the triangles of flat polygons are from these, by area."""
     vectors = newell(file.vertices, file.corners, file.sizes)
-    faces, owner = triangulated(file.vertices, file.corners, file.sizes)
+    faces, owner = triangles_of_polygons(file.vertices, file.corners, file.sizes)
     own = np.bincount(owner, areas(file.vertices, faces), len(file.sizes))
     length = np.linalg.norm(vectors, axis=1)
     normals = vectors / np.maximum(length, 1e-300)[:, None]
@@ -140,7 +140,7 @@ def main() -> None:
     parser.add_argument("--patches", action="store_true")
     given = parser.parse_args()
     files = sorted(f for folder in given.folders for f in folder.rglob("*")
-                   if f.suffix.lower().lstrip(".") in FORMATS and f.is_file())
+                   if f.suffix.lower().lstrip(".") in MODEL_FORMATS and f.is_file())
     rows = []
     for file in files:
         rows.append(examined(file, given.patches))

@@ -13,7 +13,7 @@ import renderer
 from renderer.pictures.isolux import interpolated
 from renderer.readings.grid import summarise
 from renderer.readings.uncertainty import ORDER
-from renderer.scene.grids import Grid, cells, largest_cell
+from renderer.scene.grids import Grid, cell_count, largest_cell
 from renderer.solving.measure import read_grid
 
 TWICE = 2 ** (1 / ORDER)
@@ -29,14 +29,14 @@ def test_cells_as_en_12464_1_has_them(side, cell, least):
     p = largest_cell(side, side)
     assert p == pytest.approx(0.2 * 5 ** log10(side), rel=1e-12)
     assert p <= cell * 1.09  # the table rounds, down as well as up: 3.08 to 3
-    assert cells(side, p) == ceil(round(side / p, 9)) >= least
+    assert cell_count(side, p) == ceil(round(side / p, 9)) >= least
 
 
 def test_cells_are_about_square_and_never_larger_than_allowed():
     random = np.random.default_rng(0)
     for length, width in 10 ** random.uniform(-1, 2.5, (500, 2)):
         p = largest_cell(length, width)
-        a, b = length / cells(length, p), width / cells(width, p)
+        a, b = length / cell_count(length, p), width / cell_count(width, p)
         assert max(a, b) <= min(p, 10) * (1 + 1e-8)
         assert 0.5 <= a / b <= 2
 

@@ -7,7 +7,7 @@ from conftest import PANEL
 
 import renderer
 from renderer.pictures.camera import look, pinhole
-from renderer.scene.schema import CameraTable
+from renderer.scene.meter_tables import CameraTable
 
 UPWARD = CameraTable(position=(2.0, 2.0, 0.5), look_at=(2.0, 2.0, 3.0), fov=60, resolution=(64, 48))
 PIXEL = 2 * 2.5 * np.tan(np.radians(30)) / 64

@@ -20,7 +20,7 @@ import renderer
 from renderer.scene.model_files.heap import areas, volumes
 from renderer.scene.model_files.model import read_model
 from renderer.scene.model_files.read import read_polygons
-from renderer.scene.model_files.triangulate import newell, triangulated
+from renderer.scene.model_files.triangulate import newell, triangles_of_polygons
 from renderer.scene.surface_names import surface_names
 
 CASES = Path(__file__).parent / "cases" / "geometry"
@@ -144,7 +144,7 @@ def test_triangles_of_a_star_have_its_area_and_its_winding(corners, seed, collin
     flat = np.column_stack([np.roll(ring, seed % 7, axis=0), np.zeros(len(ring))])
     points = flat @ turn + random.normal(size=3)
     order, sizes = np.arange(len(points)), np.array([len(points)])
-    faces, owner = triangulated(points, order, sizes)
+    faces, owner = triangles_of_polygons(points, order, sizes)
     assert (owner == 0).all()
     assert areas(points, faces).sum() == pytest.approx(shapely.Polygon(ring).area, rel=1e-9)
     total = np.cross(*(points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))).sum(axis=0) / 2
@@ -154,7 +154,7 @@ def test_triangles_of_a_star_have_its_area_and_its_winding(corners, seed, collin
 @pytest.mark.parametrize("start", range(4))
 def test_a_concave_quadrilateral_is_cut_along_its_inner_diagonal(start):
     arrow = np.roll([[0, 0, 0], [2, 1, 0], [0, 2, 0], [0.5, 1, 0]], start, axis=0)
-    faces, _ = triangulated(arrow, np.arange(4), np.array([4]))
+    faces, _ = triangles_of_polygons(arrow, np.arange(4), np.array([4]))
     assert areas(arrow, faces).sum() == pytest.approx(1.5, rel=1e-12)
 
 

@@ -51,7 +51,7 @@ class Shown(HTMLParser):
 
 def seen(scene, resolution=(64, 48)):
     """The scene, with a camera in a corner of the room."""
-    from renderer.scene.schema import CameraTable
+    from renderer.scene.meter_tables import CameraTable
 
     return replace(scene, camera=CameraTable(position=(0.3, 0.3, 1.5), look_at=(3.0, 3.0, 1.0),
                                              resolution=resolution))

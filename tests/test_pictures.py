@@ -10,7 +10,7 @@ from renderer.colour.bands import XYZ_TO_BT709
 from renderer.pictures.camera import look, pinhole
 from renderer.pictures.image import Exposure, encode, exposure, tone_map, white_balance
 from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
-from renderer.scene.schema import CameraTable
+from renderer.scene.meter_tables import CameraTable
 
 CAMERA = CameraTable(position=(2.0, 0.0, 1.5), look_at=(2.0, 4.0, 1.4), fov=100, resolution=(160, 120))
 

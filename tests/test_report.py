@@ -20,8 +20,8 @@ from renderer.pictures.report.files import scene_files
 from renderer.pictures.report.pack import CURVES, ERROR, SPAN, Pack
 from renderer.pictures.report.viewpoint import looks
 from renderer.readings.photometer import make_meter
+from renderer.scene.meter_tables import CameraTable
 from renderer.scene.reading import load
-from renderer.scene.schema import CameraTable
 from renderer.solving.transport_store import TransportStore
 from renderer.studies.report import MAX_PAGE_BYTES, save, solve_rooms
 from renderer.transport.sensors import direct_on, seen_from

@@ -106,10 +106,10 @@ def _inside(scene, at: str) -> tuple[float, float, float]:
     import numpy as np
 
     from renderer.scene.buried import refuse_buried
-    from renderer.scene.room import refuse_outside
+    from renderer.scene.room import refuse_place_outside
 
     point = vector("--at", at)
-    refuse_outside(scene.room, np.array(point), "--at is", "Move it into the room")
+    refuse_place_outside(scene.room, np.array(point), "--at is", "Move it into the room")
     refuse_buried(scene.bodies, np.array(point), scene.room.scale, "--at is")
     return point
 

@@ -66,8 +66,7 @@ def keys(key: str | None = None, *, schema: Annotated[bool, Parameter(negative="
     """
     from dataclasses import asdict
 
-    from renderer.scene.keys import keys as every_key
-    from renderer.scene.keys import keys_called
+    from renderer.scene.keys import every_key, keys_called
     from renderer.scene.keys import schema as json_schema
 
     if schema:

@@ -8,8 +8,8 @@ from scipy import sparse
 from renderer.pictures.lamp_edges import lamp_shares
 from renderer.pictures.pinhole import Pinhole, pinhole
 from renderer.readings.photometer import off_surfaces, refuse_inside, refuse_outside
+from renderer.scene.meter_tables import CameraTable
 from renderer.scene.scene import Scene
-from renderer.scene.schema import CameraTable
 from renderer.solving.solution import Solution
 from renderer.system.threads import in_threads
 from renderer.transport.factors.exchange import rows

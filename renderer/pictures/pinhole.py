@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.scene.schema import CameraTable
+from renderer.scene.meter_tables import CameraTable
 
 NEAREST = 1e-6
 """What is nearer to the camera's own plane than this share of its distance is behind it."""

@@ -102,7 +102,7 @@ def off_surfaces(transport: Transport, position: np.ndarray, facing: np.ndarray)
 
 def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> None:
     """Raise InputError for a point outside the room."""
-    room_shell.refuse_outside(transport.room, position, f"{where}: position", "Move it into the room")
+    room_shell.refuse_place_outside(transport.room, position, f"{where}: position", "Move it into the room")
 
 
 def refuse_inside(transport: Transport, lifted: np.ndarray, where: str, position: np.ndarray) -> None:

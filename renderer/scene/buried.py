@@ -1,4 +1,4 @@
-"""What stands inside an object: refused as the scene is read, before any work."""
+"""The refusal of a meter, camera or luminaire inside an object, when a scene is read."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from renderer.scene.scene import STAND_OFF, Body
 def refuse_buried(bodies: list[Body], point: np.ndarray, scale: float, what: str) -> None:
     """Raise InputError for a point (3,) inside a solid: "`what` [x, y, z], inside …".
 
-    scale : the room's [m]; a point nearer to a surface than rays resolve is on it, and not inside.
+    scale : longest side of the room [m]; a point within the rays' resolution of a surface counts as on it
     """
     around = point + 2 * STAND_OFF * scale * np.vstack([np.eye(3), -np.eye(3)])
     near = [body for body in bodies if body.closed and (body.mesh.bounds[0] <= point).all()

@@ -1,7 +1,7 @@
-"""Surfaces as flat parts: rectangles, other polygons, and the triangles of what is curved.
+"""Surfaces as flat parts: rectangles, other polygons, and the triangles of curved surfaces.
 
-What a wall was tessellated into says nothing about it: coplanar neighbours become one polygon again,
-slivers and all, and are divided anew.
+The tessellation of a wall in a file has no meaning: coplanar neighbours, slivers included, become one
+polygon, which the mesh divides anew.
 """
 
 from dataclasses import dataclass, field
@@ -15,19 +15,18 @@ from renderer.scene.geometry import Rectangle
 from renderer.system.lazy import cached_property
 
 COPLANAR_TOLERANCE = 1e-6
-"""Distance from a plane, relative to the room's or the object's longest side, that counts as flat."""
-MIN_POLYGON_SHARE = 0.01
-"""A triangle without coplanar neighbours is a polygon from this share of the longest side's square on;
-smaller ones are facets of something curved."""
+"""Largest distance from a plane, relative to the longest side of the room or object, of a point on that
+plane."""
 
 
 @dataclass(frozen=True)
 class Polygon:
     """A flat polygon, with holes or without.
 
-    origin : (3,) [m]; axes : (2, 3) unit, at right angles; light leaves along their cross product
-    rings : corners (k, 2) in those axes [m], the outer ring counter-clockwise, holes clockwise
-    triangles : (k, 3, 3) [m], what it is made of
+    origin : (3,) [m]
+    axes : (2, 3) unit vectors at right angles; light leaves along their cross product
+    rings : corners (k, 2) [m] in those axes, the outer ring counter-clockwise, holes clockwise
+    triangles : (k, 3, 3) [m] that make up the polygon
     """
 
     origin: np.ndarray
@@ -42,7 +41,7 @@ class Polygon:
 
     @cached_property
     def shape(self):
-        """The polygon in its own axes, as shapely's."""
+        """The polygon in its own axes, as a shapely Polygon."""
         import shapely
 
         return shapely.Polygon(self.rings[0], self.rings[1:])
@@ -54,7 +53,7 @@ class Polygon:
         return self.solid(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        """Whether points (…, 3) of its plane are within it (…)."""
+        """Whether points (…, 3) in the polygon's plane lie within the polygon (…)."""
         import shapely
 
         flat = self.flat(points)
@@ -71,7 +70,7 @@ class Polygon:
 
 @dataclass(frozen=True)
 class Parts:
-    """The flat parts of a surface; triangles : (k, 3, 3) [m] of what is curved."""
+    """The flat parts of a surface; triangles : (k, 3, 3) [m] of its curved parts."""
 
     rectangles: tuple[Rectangle, ...] = ()
     polygons: tuple[Polygon, ...] = ()
@@ -86,22 +85,23 @@ class Parts:
 
     @cached_property
     def shell(self) -> np.ndarray:
-        """All of it as triangles (k, 3, 3) [m]."""
+        """All parts as triangles (k, 3, 3) [m]."""
         corners = np.array([r.corners for r in self.rectangles]).reshape(-1, 4, 3)
         return np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]],
                                *(p.triangles for p in self.polygons), self.triangles])
 
 
 def flat_parts(mesh: trimesh.Trimesh, scale: float | None = None) -> Parts:
-    """A mesh as flat parts, however it was tessellated.
+    """The flat parts of a mesh, whatever its tessellation.
 
-    scale : longest side of what the mesh belongs to [m]; else its own.
+    scale : longest side [m] of the room or object that the mesh belongs to; None for the mesh's own
     """
     scale = scale or float(np.ptp(mesh.bounds, axis=0).max())
     touch = COPLANAR_TOLERANCE * scale
     group = _coplanar(mesh, touch)
     every = np.asarray(mesh.triangles)
-    facet = (np.bincount(group)[group] == 1) & (mesh.area_faces < MIN_POLYGON_SHARE * scale**2)
+    # A small triangle without coplanar neighbours is a facet of a curved surface, a large one a polygon.
+    facet = (np.bincount(group)[group] == 1) & (mesh.area_faces < 0.01 * scale**2)
     rectangles, polygons, rest = [], [], [np.flatnonzero(facet)]
     order = np.flatnonzero(~facet)
     order = order[np.argsort(group[order], kind="stable")]
@@ -131,7 +131,7 @@ def flat_parts(mesh: trimesh.Trimesh, scale: float | None = None) -> Parts:
 
 
 def _coplanar(mesh: trimesh.Trimesh, touch: float) -> np.ndarray:
-    """A number for each face (k,): equal for faces that make up one flat part."""
+    """A number for each face (k,), equal for the faces of one flat part."""
     one, two = mesh.face_adjacency.T
     alone = mesh.vertices[mesh.face_adjacency_unshared]
     corners = mesh.triangles
@@ -140,7 +140,7 @@ def _coplanar(mesh: trimesh.Trimesh, touch: float) -> np.ndarray:
     normal = cross / np.where(double > 0, double, 1.0)[:, None]
     sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     sliver = double <= 10 * touch * sides.max(axis=1)
-    # The larger face's plane is the better known.
+    # The plane of the larger face is the more accurate one.
     swap = double[two] > double[one]
     large, small = np.where(swap, two, one), np.where(swap, one, two)
     far = np.where(swap[:, None], alone[:, 0], alone[:, 1])
@@ -158,7 +158,7 @@ def _coplanar(mesh: trimesh.Trimesh, touch: float) -> np.ndarray:
 
 
 def _outlined(triangles: np.ndarray, normal: np.ndarray, area: float, touch: float) -> Polygon | None:
-    """The polygon that coplanar triangles (k, 3, 3) make up, or None."""
+    """The polygon of coplanar triangles (k, 3, 3); None where they form no single valid polygon."""
     import shapely
 
     sides = np.roll(triangles, -1, axis=1) - triangles
@@ -175,7 +175,7 @@ def _outlined(triangles: np.ndarray, normal: np.ndarray, area: float, touch: flo
 
 
 def polygon(shape, origin: np.ndarray, axes: np.ndarray, triangles: np.ndarray | None = None) -> Polygon:
-    """A Polygon from shapely's, in the axes (2, 3) through origin (3,)."""
+    """A Polygon from a shapely polygon in the axes (2, 3) through origin (3,)."""
     import shapely
 
     shape = shapely.orient_polygons(shape)
@@ -189,8 +189,8 @@ def polygon(shape, origin: np.ndarray, axes: np.ndarray, triangles: np.ndarray |
 
 
 def rectilinear(part: Polygon, touch: float) -> list[Rectangle] | None:
-    """The rectangles that a polygon is made of, cut along the lines of its reflex corners; or None, where
-    it has an edge that is not along or across the others."""
+    """The rectangles of a polygon, cut along the lines of its reflex corners; None for a polygon with an edge
+    that is not parallel or perpendicular to the others."""
     import shapely
 
     for ring in part.rings:
@@ -218,8 +218,10 @@ def _distinct(values: np.ndarray, touch: float) -> np.ndarray:
 
 
 def _blocks(filled: np.ndarray) -> list[tuple[int, int, int, int]]:
-    """Blocks of rows i to k and columns j to m, as (i, k, j, m), that make up the filled cells: runs of
-    each column, joined with the same run of the column before."""
+    """The filled cells (n, m) as blocks (i, k, j, l) of rows i to k and columns j to l.
+
+    Each block is a run of filled cells in one column, joined with equal runs of the columns beside it.
+    """
     open_: dict[tuple[int, int], int] = {}
     blocks = []
     for j in range(filled.shape[1] + 1):
@@ -234,9 +236,9 @@ def _blocks(filled: np.ndarray) -> list[tuple[int, int, int, int]]:
 
 
 def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> Rectangle | None:
-    """The rectangle whose corners the outermost of the coplanar points (k, 3) are, or None."""
+    """The rectangle whose corners are the outermost of coplanar points (k, 3); None where they form none."""
     points = np.asarray(points)
-    if len(points) == 4:  # most are no more, and need no fitting
+    if len(points) == 4:  # the common case, which needs no fit
         away = points - points[0]
         far = np.einsum("ki,ki->k", away, away).argmax()
         u, v = (away[k] for k in range(1, 4) if k != far)
@@ -256,7 +258,7 @@ def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> 
     box = np.array([[-half[0], -half[1]], [half[0], -half[1]], [half[0], half[1]],
                     [-half[0], half[1]]])
     ideal = trimesh.transform_points(box, np.linalg.inv(to_box))
-    # The vertices themselves, not the fitted corners, so that neighbours meet exactly.
+    # The vertices themselves instead of the fitted corners, so that neighbours meet exactly.
     near = [np.linalg.norm(flat[:, :2] - corner, axis=1).argmin() for corner in ideal]
     corners = points[near]
     u, v = corners[1] - corners[0], corners[3] - corners[0]

@@ -7,9 +7,6 @@ import trimesh
 
 from renderer.system.lazy import cached_property
 
-CYLINDER_SECTIONS = 48
-SPHERE_SUBDIVISIONS = 3
-
 
 @dataclass(frozen=True)
 class Rectangle:
@@ -31,8 +28,9 @@ class Rectangle:
         return self.corner + np.array([0 * self.u, self.u, self.u + self.v, self.v])
 
 
-def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs` (fractions)."""
+def rectangle_grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (k, 3) [m] and patches (m, 4) of a rectangle cut at the fractions `us` and `vs` of its
+    edges."""
     vertices = (rectangle.corner + us[:, None, None] * rectangle.u
                 + vs[None, :, None] * rectangle.v).reshape(-1, 3)
     index = np.arange(len(us) * len(vs)).reshape(len(us), len(vs))
@@ -41,13 +39,14 @@ def grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tuple[np.ndarr
 
 
 def solid_of_shape(shape: str, size) -> trimesh.Trimesh:
-    """A box, cylinder or sphere of that size (3,) [m], outward normals, its lowest corner at the origin."""
+    """A box, cylinder or sphere of size (3,) [m], outward normals, the lowest corner of its extent at the
+    origin."""
     if shape == "box":
         return trimesh.creation.box(bounds=[[0, 0, 0], size])
     if shape == "cylinder":
-        solid = trimesh.creation.cylinder(radius=0.5, height=1.0, sections=CYLINDER_SECTIONS)
+        solid = trimesh.creation.cylinder(radius=0.5, height=1.0, sections=48)
     else:
-        solid = trimesh.creation.icosphere(subdivisions=SPHERE_SUBDIVISIONS, radius=0.5)
+        solid = trimesh.creation.icosphere(subdivisions=3, radius=0.5)
     solid.apply_translation([0.5, 0.5, 0.5])
     solid.apply_scale(size)
     return solid

@@ -1,4 +1,5 @@
-"""Every key of a scene file: meaning, unit, what it takes, default; from the schema and keys.toml."""
+"""Every key of a scene file with its meaning, unit, type, range and default, from the schema and
+keys.toml."""
 
 import difflib
 import tomllib
@@ -7,19 +8,20 @@ from functools import cache
 from pathlib import Path
 
 from renderer.errors import InputError
-from renderer.scene.schema import FARTHEST, SceneTable
+from renderer.scene.model_files.read import MAX_COORDINATE_M
+from renderer.scene.schema import SceneTable
 from renderer.scene.spelling import advice
 from renderer.system.text import quoted
-
-MEANINGS = Path(__file__).parent / "keys.toml"
-FEW_CHOICES = 8
-"""Choices of a key that are listed in full."""
 
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a scene file. path : with its tables, as "materials.NAME.rgb"; takes : type and range;
-    default : as the file would say it, "" where it must be given or is simply absent"""
+    """A key of a scene file.
+
+    path : the key with its tables, as "materials.NAME.rgb"
+    takes : type and range
+    default : in TOML, "" for a key without one
+    """
 
     path: str
     takes: str
@@ -31,7 +33,7 @@ class Key:
 @cache
 def _meanings() -> dict[str, dict[str, tuple[str, str]]]:
     """Unit and meaning of each key of each table."""
-    tables = tomllib.loads(MEANINGS.read_text(encoding="utf-8"))
+    tables = tomllib.loads((Path(__file__).parent / "keys.toml").read_text(encoding="utf-8"))
     return {table: {key: ("", said) if isinstance(said, str) else tuple(said) for key, said in keys.items()}
             for table, keys in tables.items()}
 
@@ -41,7 +43,7 @@ def schema() -> dict:
     whole = SceneTable.model_json_schema(by_alias=True)
     whole = {"$schema": "https://json-schema.org/draft/2020-12/schema", **whole}
     lamp, paint = whole["$defs"]["LuminaireTable"], whole["$defs"]["MaterialTable"]
-    lamp["properties"]["position"] = lamp["properties"]["center"]  # which schema.py takes for it
+    lamp["properties"]["position"] = lamp["properties"]["center"]  # two names of one key in schema.py
     lamp["required"].remove("center")
     lamp["anyOf"] = [{"required": ["center"]}, {"required": ["position"]}]
     byte = {"type": "integer", "minimum": 0, "maximum": 255}
@@ -60,7 +62,7 @@ def _describe(table: dict, name: str) -> None:
 
 
 def _table(whole: dict, field: dict) -> dict | None:
-    """The table that a key of the scene holds, or a list or dict of which it holds; None for a value."""
+    """The schema of the table in a key, or in its list or dict; None for a key with a plain value."""
     for inner in (field, field.get("items", {}), field.get("additionalProperties", {}),
                   *field.get("anyOf", ())):
         if isinstance(inner, dict) and "$ref" in inner:
@@ -68,8 +70,8 @@ def _table(whole: dict, field: dict) -> dict | None:
     return None
 
 
-def keys() -> list[Key]:
-    """Every key, in the order of the schema."""
+def every_key() -> list[Key]:
+    """All keys in the order of the schema."""
     whole, found = schema(), []
     for name, field in whole["properties"].items():
         table = _table(whole, field)
@@ -94,7 +96,7 @@ def _key(path: str, field: dict, table: str, key: str, whole: dict) -> Key:
 
 
 def _takes(field: dict) -> str:
-    """What a value must be, in words."""
+    """Type and range of a value, in words."""
     choices = [inner for inner in field.get("anyOf", [field]) if inner.get("type") != "null"]
     return " or ".join(dict.fromkeys(map(_one_kind, choices)))
 
@@ -102,14 +104,14 @@ def _takes(field: dict) -> str:
 def _one_kind(field: dict) -> str:
     if "enum" in field or "const" in field:
         names = [_toml(name) for name in field.get("enum", [field.get("const")])]
-        return ", ".join(names if len(names) <= FEW_CHOICES else [*names[:FEW_CHOICES], "…"])
+        return ", ".join(names if len(names) <= 8 else [*names[:8], "…"])
     match field.get("type"):
         case "number" | "integer":
             kind = "whole number" if field["type"] == "integer" else "number"
             low, high = field.get("minimum"), field.get("maximum")
-            if low is None or high is None or low <= -FARTHEST:
+            if low is None or high is None or low <= -MAX_COORDINATE_M:
                 return kind
-            if high >= FARTHEST:
+            if high >= MAX_COORDINATE_M:
                 return f"{kind} {'over 0' if 0 < low < 1e-6 else f'from {low:g}'}"
             return f"{kind}, {low:g} to {high:g}"
         case "array" if "prefixItems" in field:
@@ -136,9 +138,11 @@ def _toml(value: object) -> str:
 
 
 def keys_called(word: str) -> list[Key]:
-    """The keys of a table, one key, or all keys of that last name; an index or a material's name in it does
-    not matter. Raises InputError with the nearest."""
-    every = keys()
+    """The keys of a table, one key, or all keys with that last name. Raises InputError with the nearest.
+
+    word : may contain an index or a material's name, as "luminaires.0.flux"
+    """
+    every = every_key()
     parts = [part for part in word.strip().strip("[]").split(".") if not part.isdecimal()]
     parts, asked = parts or [""], ".".join(parts)
     if len(parts) == 3 and parts[0] == "materials":

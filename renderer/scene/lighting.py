@@ -1,4 +1,4 @@
-"""A scene's luminaires from its tables: their files, arrays, spectra, and places in the room."""
+"""A scene's luminaires from their tables: files, arrays, spectra, and checks of their places in the room."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,15 +12,17 @@ from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.luminaires.make import make_luminaires
 from renderer.scene.photometric.files import read_photometry
 from renderer.scene.photometric.record import Photometry
-from renderer.scene.room import INSIDE_TOLERANCE, Room, outside, refuse_outside
+from renderer.scene.room import INSIDE_TOLERANCE, Room, outside, refuse_place_outside
 from renderer.scene.schema import LuminaireTable
 
 
 def resolve_luminaires(tables: list[LuminaireTable], room: Room, path: Path,
                        factor: float = 1.0) -> tuple[list[Luminaire], list[Spectrum], list[str]]:
-    """Every luminaire, its lamp's relative spectrum, and the faults of their files, in sentences.
+    """All luminaires, the relative spectrum of each one's lamp, and sentences about faults of their files.
 
-    factor : maintenance factor, what is left of new luminaires' lumens. Raises InputError.
+    factor : maintenance factor, the share of new luminaires' lumens
+
+    Raises InputError.
     """
     luminaires, lamps, faults, read = [], [], [], {}
     for index, table in enumerate(tables):
@@ -36,14 +38,14 @@ def resolve_luminaires(tables: list[LuminaireTable], room: Room, path: Path,
         extremes = np.concatenate([luminaire.extremes for luminaire in made])
         names = [luminaire.name for luminaire in made for _ in luminaire.extremes]
         for k in np.flatnonzero(outside(extremes, room.shell, INSIDE_TOLERANCE * room.scale))[:1]:
-            refuse_outside(room, extremes[k], f"{where} {names[k]!r} reaches", "Move or shrink it")
+            refuse_place_outside(room, extremes[k], f"{where} {names[k]!r} reaches", "Move or shrink it")
         luminaires += made if factor == 1 else [replace(one, lumens=factor * one.lumens) for one in made]
         lamps += [_lamp(table, path, where)] * len(made)
     return luminaires, lamps, faults
 
 
 def _tilted(table: LuminaireTable, photometry: Photometry | None, luminaire: Luminaire) -> list[str]:
-    """What a luminaire loses by its tilt, in one sentence, where its file states that and it is not 1."""
+    """One sentence about the tilt factor of a luminaire, where its file states one other than 1."""
     if photometry is None or photometry.tilt is None:
         return []
     angle, factor = photometry.tilt.angle(luminaire.normal), photometry.tilt.factor(luminaire.normal)

@@ -1,4 +1,4 @@
-"""Rooms in model files: their faces, mended until they are closed."""
+"""Faces of rooms in model files, repaired to a closed and consistently oriented surface."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -9,19 +9,18 @@ from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from renderer.scene.model_files.read import read_polygons
-from renderer.scene.model_files.triangulate import triangulated
-
-WELD = 1e-7
-"""Vertices nearer than this, relative to the mesh's longest side, are one: what single-precision
-files resolve."""
+from renderer.scene.model_files.triangulate import triangles_of_polygons
+from renderer.scene.model_files.weld import WELD_DISTANCE
 
 
 @dataclass(frozen=True)
-class Labelled:
-    """Triangles as a file holds them.
+class LabelledMesh:
+    """The triangles of a model file.
 
-    vertices : (n, 3); faces : (k, 3)
-    part : (k,) index into `names` and `colours`; names, colours : of each part, as in `Polygons`
+    vertices : (n, 3) [m]
+    faces : (k, 3)
+    part : (k,) index into `names` and `colours`
+    names, colours : of each part, as in `Polygons`
     """
 
     vertices: np.ndarray
@@ -32,21 +31,20 @@ class Labelled:
 
 
 def read_mesh(path: Path, where: str, units: str | None = None, up: str | None = None,
-              root: Path | None = None) -> Labelled:
-    """Read a model file in metres and z up; arguments as for `read_polygons`. Raises InputError."""
+              root: Path | None = None) -> LabelledMesh:
+    """Read a model file in metres with z up; arguments as for `read_polygons`. Raises InputError."""
     file = read_polygons(path, where, 1.0, units, up, root)
-    faces, polygon = triangulated(file.vertices, file.corners, file.sizes)
-    return Labelled(file.vertices, faces, file.part[polygon], file.names, file.colours)
+    faces, polygon = triangles_of_polygons(file.vertices, file.corners, file.sizes)
+    return LabelledMesh(file.vertices, faces, file.part[polygon], file.names, file.colours)
 
 
-def welded(mesh: Labelled) -> Labelled:
-    """The same with coinciding vertices made one, and without faces that have no area or are there
-    twice."""
+def merged(mesh: LabelledMesh) -> LabelledMesh:
+    """The mesh with coinciding vertices merged, without faces of no area and without repeated faces."""
     from scipy.spatial import KDTree
 
     scale = np.ptp(mesh.vertices[mesh.faces], axis=(0, 1)).max() or 1.0
     vertices, index = np.unique(mesh.vertices, axis=0, return_inverse=True)
-    pairs = KDTree(vertices).query_pairs(WELD * scale, output_type="ndarray")
+    pairs = KDTree(vertices).query_pairs(WELD_DISTANCE * scale, output_type="ndarray")
     near = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(vertices), len(vertices)))
     _, same = connected_components(near, directed=False)
     _, first = np.unique(same, return_index=True)
@@ -55,15 +53,17 @@ def welded(mesh: Labelled) -> Labelled:
     sides = np.stack([b - a, c - b, a - c], axis=1)
     longest = np.linalg.norm(sides, axis=2).max(axis=1)
     height = np.linalg.norm(np.cross(b - a, c - a), axis=1) / np.where(longest > 0, longest, 1.0)
-    keep = height > WELD * scale
+    keep = height > WELD_DISTANCE * scale
     _, once = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     keep &= np.isin(np.arange(len(faces)), once)
     return replace(mesh, vertices=vertices, faces=faces[keep], part=mesh.part[keep])
 
 
-def mended_junctions(mesh: Labelled) -> Labelled:
-    """The same with faces divided where another's vertex lies on their edge: T-junctions are how
-    exports that are closed to the eye fail to be closed."""
+def mended_junctions(mesh: LabelledMesh) -> LabelledMesh:
+    """The mesh with faces divided where the vertex of another face lies on their edge.
+
+    Such T-junctions leave a surface open in the file that looks closed.
+    """
     from scipy.spatial import KDTree
 
     for _ in range(8):
@@ -83,7 +83,8 @@ def mended_junctions(mesh: Labelled) -> Labelled:
             offset = mesh.vertices[near] - a
             along = offset @ (b - a) / length
             apart = np.linalg.norm(offset - np.outer(along, (b - a) / length), axis=1)
-            on = (apart < 2 * WELD * scale) & (along > WELD * scale) & (along < length - WELD * scale)
+            near_end = WELD_DISTANCE * scale
+            on = (apart < 2 * near_end) & (along > near_end) & (along < length - near_end)
             if on.any() and face not in split:
                 split[face] = (side, near[on][along[on].argsort()])
         if not split:
@@ -101,7 +102,7 @@ def mended_junctions(mesh: Labelled) -> Labelled:
 
 
 def _sides(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each side of each face (3k, 2), and for each the number of its undirected edge (3k,)."""
+    """Sides (3k, 2) of the faces, and the number of each side's undirected edge (3k,)."""
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
     _, edge = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
     return sides, edge.ravel()
@@ -119,16 +120,16 @@ def crowded_edges(faces: np.ndarray) -> np.ndarray:
     return sides[np.bincount(edge)[edge] > 2]
 
 
-def oriented(mesh: Labelled) -> tuple[Labelled, np.ndarray]:
-    """The same with one winding throughout each connected body, outward where the body is closed; and
-    the body of each face (k,)."""
+def oriented(mesh: LabelledMesh) -> tuple[LabelledMesh, np.ndarray]:
+    """The mesh with one winding in each connected body, outward for closed bodies; and the body of each face
+    (k,)."""
     faces = mesh.faces.copy()
     sides, edge = _sides(faces)
     order = np.argsort(edge, kind="stable")
     order = order[(np.bincount(edge) == 2)[edge[order]]]
     one, two = order[::2], order[1::2]
     n = len(faces)
-    # 1 for neighbours that agree, which run along their edge in opposite directions; 2 for others.
+    # 1 for neighbours of one winding, which run along their edge in opposite directions; 2 for others.
     differ = 1.0 + (sides[one, 0] == sides[two, 0])
     graph = sparse.coo_array((differ, (one // 3, two // 3)), shape=(n, n)).tocsr()
     graph = graph.maximum(graph.T)
@@ -146,14 +147,14 @@ def oriented(mesh: Labelled) -> tuple[Labelled, np.ndarray]:
 
 
 def body_volumes(vertices: np.ndarray, faces: np.ndarray, body: np.ndarray) -> np.ndarray:
-    """Signed volume of each body (n_bodies,) [m³], positive where its normals point outward."""
+    """Signed volume (n_bodies,) [m³] of each body, positive for outward normals."""
     a, b, c = np.moveaxis(vertices[faces] - vertices[faces].mean(axis=(0, 1)), 1, 0)
     return np.bincount(body, np.einsum("ki,ki->k", a, np.cross(b, c)) / 6)
 
 
 def open_loops(faces: np.ndarray) -> list[np.ndarray]:
-    """Rings of vertices around the holes of an oriented mesh, each in the direction that a face filling
-    the hole would have."""
+    """Rings of vertices around the holes of an oriented mesh, each with the winding of a face that fills the
+    hole."""
     face, side = _open_edges(faces)
     following = {}
     for a, b in zip(faces[face, (side + 1) % 3], faces[face, side], strict=True):
@@ -166,7 +167,7 @@ def open_loops(faces: np.ndarray) -> list[np.ndarray]:
             if not following[ring[-1]]:
                 del following[ring[-1]]
             ring.append(after)
-            if after in ring[:-1]:  # a ring is closed: the rest of the way may go on from here
+            if after in ring[:-1]:  # a closed ring; another may start at the rest of the path
                 start = ring.index(after)
                 loops.append(np.array(ring[start:-1]))
                 del ring[start + 1:]

@@ -1,4 +1,4 @@
-"""Luminaires on a surface of the room, and those that stand just off one."""
+"""Luminaires mounted on a surface of the room, and luminaires just off one."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -14,24 +14,24 @@ from renderer.scene.luminaires.measured import Measured
 if TYPE_CHECKING:
     from renderer.scene.scene import Scene
 
-COPLANAR = 1e-7
-"""Distance from a plane, relative to the room's longest side, that counts as touching it."""
-MOUNTED = 0.005
-"""A luminaire this near to the face behind it, relative to its shorter side, is mounted on it:
-the little light that would enter the gap is left out, its face covers that part of the surface."""
-SUNK = 0.005
-"""Share of a measured luminaire's light that may go into the surface it lies on; more is refused."""
-SHEET_OFF = 2e-5
-"""How far a luminaire that is not mounted stands off a wall, relative to the longest side."""
+CONTACT_TOLERANCE = 1e-7
+"""Largest distance, relative to the room's longest side, between a point and a plane that it touches."""
+MAX_MOUNTING_GAP = 0.005
+"""Largest distance, relative to a luminaire's shorter side, from the surface behind it at which the luminaire
+is mounted on that surface: its face covers that part of the surface, and light into the gap is neglected."""
+SHEET_DISTANCE = 2e-5
+"""Distance from a wall, relative to the room's longest side, of a luminaire that touches it but is not
+mounted."""
 
 
 @dataclass(frozen=True)
 class Mounting:
-    """Where a luminaire covers part of a surface of the room.
+    """A luminaire that covers part of a surface of the room.
 
-    face : the luminaire, moved into that surface's plane; surface : its index in Scene.surfaces
-    cut_out : whether its outline is cut out of what it is on, else it is some of the cells of
-        rectangles that it is aligned with
+    face : the luminaire, moved into the surface's plane
+    surface : index of the luminaire's own surface in Scene.surfaces
+    cut_out : whether its outline is cut out of the surface; else it covers whole cells of rectangles that it
+        is aligned with
     """
 
     face: Luminaire
@@ -40,21 +40,23 @@ class Mounting:
 
     @property
     def outline(self) -> np.ndarray:
-        """Its corners (k, 3) [m] in the surface's plane."""
+        """Corners (k, 3) [m] of the luminaire in the surface's plane."""
         return self.face.outline
 
     def on(self, corner: np.ndarray, normal: np.ndarray, touch: float) -> bool:
-        """Whether it lies in the plane through `corner` (3,) that faces along `normal` (3,)."""
+        """Whether the luminaire lies in the plane through `corner` (3,) with `normal` (3,), within `touch`
+        [m]."""
         return bool(self.face.normal @ normal > 1 - 1e-12
                     and abs((self.outline[0] - corner) @ normal) < touch)
 
 
 @dataclass(frozen=True)
 class Placement:
-    """A scene's luminaires against its surfaces.
+    """A scene's luminaires placed against its surfaces.
 
-    luminaires : all of them, as light leaves them: off the walls, without the faces that touch one
-    mountings : of those mounted on a surface; free : of the other ones with a body, surface and luminaire
+    luminaires : all, moved off the walls and without opening faces that touch a wall
+    mountings : of the luminaires that are mounted on a surface
+    free : own surface and luminaire of the others that have a body
     """
 
     luminaires: list[Luminaire]
@@ -77,25 +79,27 @@ def place_luminaires(scene: "Scene") -> Placement:
 
 
 def _structure(scene: "Scene") -> list[tuple[str, Parts]]:
-    """Name and flat parts of what luminaires are mounted on: the room's own surfaces."""
+    """Name and flat parts of the room's own surfaces, on which luminaires are mounted."""
     return [(surface.name, surface.parts) for surface in scene.surfaces if surface.of_room]
 
 
 def mounting(scene: "Scene", luminaire: Luminaire, surface: int) -> Mounting | None:
-    """Where a luminaire is mounted on a surface of the room, if all of it is."""
+    """The mounting of a luminaire on a surface of the room; None where no surface lies behind all of it."""
     if luminaire.is_point:
         return None
-    near = MOUNTED * luminaire.body.width
+    near = MAX_MOUNTING_GAP * luminaire.body.width
     for _, parts in _structure(scene):
-        gap, cut_out = _gap_to(parts, luminaire, near, COPLANAR * scene.room.scale)
+        gap, cut_out = _gap_to(parts, luminaire, near, CONTACT_TOLERANCE * scene.room.scale)
         if gap is not None:
             return Mounting(luminaire.moved(-gap * luminaire.normal), surface, cut_out)
     return None
 
 
 def _gap_to(parts: Parts, luminaire: Luminaire, near: float, touch: float) -> tuple[float | None, bool]:
-    """Distance [m] to the flat parts of a surface that lie behind the whole of a luminaire, or None; and
-    whether it must be cut out of them."""
+    """Distance [m] to the flat parts of a surface behind a luminaire, and whether it must be cut out of them.
+
+    The distance is None where the parts do not lie behind all of the luminaire.
+    """
     covered, gap = 0.0, None
     for face in parts.rectangles:
         height = (luminaire.center - face.corner) @ face.normal
@@ -128,11 +132,11 @@ def _gap_to(parts: Parts, luminaire: Luminaire, near: float, touch: float) -> tu
 
 def _aligned(lamp: Rectangle, face: Rectangle) -> bool:
     return min(np.linalg.norm(np.cross(lamp.u, edge)) / np.linalg.norm(edge)
-               for edge in (face.u, face.v)) < COPLANAR * np.linalg.norm(lamp.u)
+               for edge in (face.u, face.v)) < CONTACT_TOLERANCE * np.linalg.norm(lamp.u)
 
 
 def _overlap(lamp: Rectangle, face: Rectangle) -> float:
-    """Area [m²] of a rectangle behind another that is aligned with it."""
+    """Area [m²] of the overlap of two aligned rectangles."""
     area = 1.0
     for edge in (lamp.u, lamp.v):
         length = np.linalg.norm(edge)
@@ -142,11 +146,15 @@ def _overlap(lamp: Rectangle, face: Rectangle) -> float:
 
 
 def stand_off(scene: "Scene", luminaire: Luminaire) -> Luminaire:
-    """A luminaire in a wall's plane but not mounted on it (it juts out over an edge), moved off
-    it by more than the rays' tolerance, so that it is a sheet before the wall."""
+    """A luminaire that touches a wall without being mounted (it extends beyond an edge), as a sheet before
+    the wall.
+
+    It is moved off the wall by more than the rays' tolerance. Raises InputError for a luminaire that faces
+    the wall.
+    """
     if luminaire.is_point or mounting(scene, luminaire, 0) is not None:
         return luminaire
-    shift, off = np.zeros(3), SHEET_OFF * scene.room.scale
+    shift, off = np.zeros(3), SHEET_DISTANCE * scene.room.scale
     for _, parts in _structure(scene):
         for face in (*parts.rectangles, *parts.polygons):
             gap = _lowest(luminaire, face, off)
@@ -155,13 +163,13 @@ def stand_off(scene: "Scene", luminaire: Luminaire) -> Luminaire:
             if luminaire.normal @ face.normal < -1 + 1e-9:
                 raise InputError(f"{scene.path}: luminaires {luminaire.name!r} faces the surface it lies on, "
                                  "so none of its light enters the room. Turn its normal round.")
-            # Rectangles of one plane move it once.
+            # Several rectangles of one plane move it only once.
             shift += max(0.0, off - gap - shift @ face.normal) * face.normal
     return luminaire.moved(shift)
 
 
 def _lowest(luminaire: Luminaire, face: Rectangle | Polygon, off: float) -> float | None:
-    """Height of a luminaire's lowest corner over a face that it touches, or None."""
+    """Height [m] of a luminaire's lowest corner over a face that it touches; None for other faces."""
     corner = face.corner if isinstance(face, Rectangle) else face.origin
     height = (luminaire.outline - corner) @ face.normal
     if not -off < height.min() < off:
@@ -179,19 +187,21 @@ def _lowest(luminaire: Luminaire, face: Rectangle | Polygon, off: float) -> floa
 
 
 def seated(scene: "Scene", luminaire: Luminaire) -> Luminaire:
-    """A measured luminaire without the face of its opening that touches a surface of the room, from which
-    no light comes. Raises InputError where its light goes into the surface that it lies on."""
+    """A measured luminaire without the opening face that touches a surface of the room, which emits nothing.
+
+    Raises InputError where more than 0.5 % of its light would go into the surface it lies on.
+    """
     if not isinstance(luminaire, Measured):
         return luminaire
     edges = [np.linalg.norm(edge) for face in luminaire.opening for edge in (face.u, face.v)]
     smallest = min(edges, default=0.0)
-    touch = max(MOUNTED * smallest, SHEET_OFF * scene.room.scale)
+    touch = max(MAX_MOUNTING_GAP * smallest, SHEET_DISTANCE * scene.room.scale)
     kept = list(luminaire.opening)
     for name, parts in _structure(scene):
         for face in (*parts.rectangles, *parts.polygons):
             if _over(luminaire.center, face, touch):
                 sunk = luminaire.share_into(-face.normal)
-                if sunk > SUNK:
+                if sunk > 0.005:
                     raise InputError(f"{scene.path}: luminaires {luminaire.name!r} lies on {name!r}, into "
                                      f"which {sunk * luminaire.lumens:.4g} of its {luminaire.lumens:.4g} lm "
                                      "would go. Hang it a few centimetres lower, or give a file without "
@@ -204,7 +214,7 @@ def seated(scene: "Scene", luminaire: Luminaire) -> Luminaire:
 
 
 def _over(point: np.ndarray, face: Rectangle | Polygon, touch: float) -> bool:
-    """Whether a point (3,) lies on a flat part of the room, to within `touch` [m]."""
+    """Whether a point (3,) lies on a flat part of the room, within `touch` [m]."""
     import shapely
 
     corner = face.corner if isinstance(face, Rectangle) else face.origin

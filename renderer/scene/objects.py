@@ -1,4 +1,4 @@
-"""What stands in a room: boxes, cylinders, spheres and models from files, as bodies with materials."""
+"""Objects in a room (boxes, cylinders, spheres, models from files) as bodies with materials."""
 
 import difflib
 from collections.abc import Callable
@@ -16,15 +16,16 @@ from renderer.scene.scene import Body
 from renderer.scene.schema import ObjectTable
 
 Used = Callable[[str, str], Material]
-"""The scene's material of a name, given in a key. Raises InputError where there is none."""
+"""Function from a material's name and the key it stands in to the scene's material. Raises InputError."""
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedObject:
     """An object in the room.
 
-    bodies, materials : its faces, and what each body is made of
-    said : how its file was read, and which colours are the file's, in sentences
+    bodies : faces of one material each
+    materials : one for each body
+    said : sentences about the reading of the object's file and the colours from it
     """
 
     bodies: list[Body]
@@ -32,19 +33,21 @@ class Placed:
     said: list[str] = field(default_factory=list)
 
 
-def place(entry: ObjectTable, where: str, folder: Path, used: Used, upsampling: str) -> Placed:
-    """An object of the scene file in `folder`, in its place. Raises InputError.
+def place_object(entry: ObjectTable, where: str, folder: Path, used: Used, upsampling: str) -> PlacedObject:
+    """An object of a scene file, scaled, turned and moved to its place. Raises InputError.
 
-    used : the scene's materials; upsampling : how colours of files become spectra
+    folder : of the scene file
+    used : the scene's materials
+    upsampling : method from colours of the object's file to spectra
     """
     if entry.mesh is None:
         solid = solid_of_shape(entry.shape, entry.size)
         solid.apply_transform(_turn(entry, solid.bounds))
-        return Placed([Body(entry.name, solid)], [used(entry.material, f"{where}.material")])
+        return PlacedObject([Body(entry.name, solid)], [used(entry.material, f"{where}.material")])
     model = read_model(folder / entry.mesh, f"{where}.mesh", entry.scale or 1.0, entry.units, entry.up,
                        folder)
     groups = _by_material(entry, model, where, used, upsampling)
-    turn, found = _turn(entry, model.bounds), Placed([], [], [model.said])
+    turn, found = _turn(entry, model.bounds), PlacedObject([], [], [model.said])
     group = np.empty(len(model.names), dtype=int)
     for index, (_, _, parts) in enumerate(groups):
         group[parts] = index
@@ -63,8 +66,10 @@ def place(entry: ObjectTable, where: str, folder: Path, used: Used, upsampling: 
 
 
 def _turn(entry: ObjectTable, bounds: np.ndarray) -> np.ndarray:
-    """The transform (4, 4) of an object of those bounds (2, 3) [m]: its anchor goes to its position, and it
-    is turned there about x, then y, then z."""
+    """The transform (4, 4) of an object of given bounds (2, 3) [m].
+
+    It moves the object's anchor to its position and turns the object there about x, then y, then z.
+    """
     anchor = entry.anchor or ("origin" if entry.mesh else "corner")
     low, high = bounds
     place = {"corner": low, "origin": np.zeros(3), "base": np.array([*(low + high)[:2] / 2, low[2]])}[anchor]
@@ -78,8 +83,11 @@ def _turn(entry: ObjectTable, bounds: np.ndarray) -> np.ndarray:
 
 def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsampling: str
                  ) -> list[tuple[str, Material, list[int]]]:
-    """A model's parts by what they are called and made of: the scene's `materials`, else its `material`, else
-    the file's colour. Of each group its name, its material, its parts."""
+    """A model's parts in groups of one name and material: name, material and parts of each group.
+
+    The material is that of the object's `materials`, else its `material`, else the file's colour. Raises
+    InputError.
+    """
     known = model.known
     for name in entry.materials:
         if name not in known:
@@ -116,7 +124,7 @@ def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsam
 
 
 def colours_said(file: str, materials: list[Material]) -> list[str]:
-    """Which colours of materials are from a file, in a sentence."""
+    """A sentence about the materials' colours that are from a file; none where no colour is."""
     own = {m.name: m.rgb for m in materials if m.name.startswith(f"{file}: ")}
     if not own:
         return []

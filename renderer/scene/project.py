@@ -1,20 +1,18 @@
-"""What a scene file says for its report: the project, and what readings are held against."""
+"""Tables of a scene file for its report: the project, and the requirements on readings."""
 
 import datetime
 import difflib
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from renderer.errors import InputError
-
-Amount = Annotated[float, Field(strict=True, ge=0, le=1e30)]
-Share = Annotated[float, Field(strict=True, ge=0, le=1)]
+from renderer.scene.table_types import Amount, Fraction, StrictTable
 
 
-class ProjectTable(BaseModel, extra="forbid", allow_inf_nan=False, frozen=True):
-    """What a report says of the project, and the maintenance factor of its luminaires.
+class ProjectTable(StrictTable):
+    """The project for the report's head, and the maintenance factor of its luminaires.
 
     maintenance_factor : the share of new luminaires' light that is left when the installation is maintained
         (EN 12464-1); readings are then maintained values
@@ -27,20 +25,20 @@ class ProjectTable(BaseModel, extra="forbid", allow_inf_nan=False, frozen=True):
     maintenance_factor: Annotated[float, Field(strict=True, ge=0.1, le=1)] = 1.0
 
 
-class RequirementTable(BaseModel, extra="forbid", allow_inf_nan=False, frozen=True):
-    """What a report holds the readings of a grid, a photometer or an observer against."""
+class RequirementTable(StrictTable):
+    """Required values of a grid, a photometer or an observer."""
 
     of: str
     mean_lx: Amount | None = None
     min_lx: Amount | None = None
-    uniformity: Share | None = None
+    uniformity: Fraction | None = None
     ugr: Annotated[float, Field(strict=True, ge=5, le=40)] | None = None
     cri: Annotated[float, Field(strict=True, ge=0, le=100)] | None = None
     melanopic_edi_lx: Amount | None = None
 
     @property
     def asked(self) -> dict[str, float]:
-        """What is asked, by key."""
+        """The required values by key."""
         given = ((key, getattr(self, key)) for key in type(self).model_fields if key != "of")
         return {key: value for key, value in given if value is not None}
 
@@ -53,7 +51,8 @@ class RequirementTable(BaseModel, extra="forbid", allow_inf_nan=False, frozen=Tr
 
 
 def checked_requirements(table, path: Path) -> list[RequirementTable]:
-    """The requirements of a scene's SceneTable, each of something that it reads. Raises InputError."""
+    """The requirements of a SceneTable. Raises InputError for one on a reading that the scene does not
+    have."""
     readable = {"photometer_grids": ("mean_lx", "min_lx", "uniformity"),
                 "photometers": ("mean_lx", "min_lx", "cri", "melanopic_edi_lx"),
                 "observers": ("ugr", "cri", "melanopic_edi_lx")}

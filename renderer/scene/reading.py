@@ -1,4 +1,4 @@
-"""From a scene file to a Scene; every refusal names file, key, value, what is allowed, the remedy."""
+"""From a scene file, a packaged name or a dict to a Scene."""
 
 import difflib
 import os
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from renderer.colour.materials import Material, srgb_to_linear
 from renderer.colour.munsell import munsell_chip
@@ -18,14 +18,14 @@ from renderer.errors import InputError
 from renderer.scene.buried import refuse_buried
 from renderer.scene.grids import make_grids
 from renderer.scene.lighting import resolve_luminaires
-from renderer.scene.objects import colours_said, place
+from renderer.scene.objects import colours_said, place_object
 from renderer.scene.project import ProjectTable, checked_requirements
-from renderer.scene.room import Room, box_room, outline_room, refuse_outside, spelt, winding
+from renderer.scene.room import Room, box_room, outline_room, refuse_place_outside, spelt, winding
 from renderer.scene.room_from_mesh import mesh_room
 from renderer.scene.room_in_the_open import room_of_heap
 from renderer.scene.scene import STAND_OFF, Body, Scene
 from renderer.scene.schema import MaterialTable, SceneTable
-from renderer.scene.spelling import advice
+from renderer.scene.schema_faults import explain
 from renderer.scene.surface_names import FACINGS
 from renderer.scene.values import plain_table, table_with
 from renderer.system.input_files import is_regular_file, parse_toml, read_input, remembered
@@ -33,28 +33,27 @@ from renderer.system.text import quoted
 
 
 def packaged_scenes() -> Path:
-    """The folder of scenes that ships with the package, or the checkout's."""
+    """The folder of the packaged scenes, in an installed package or in a checkout."""
     package = Path(__file__).parent.parent
     return package / "scenes" if (package / "scenes").is_dir() else package.parent / "scenes"
 
 
 def packaged_names() -> list[str]:
-    """Names of the scenes that ship with the package."""
+    """Names of the packaged scenes."""
     return sorted(path.stem for path in packaged_scenes().glob("*.toml"))
 
 
 def resolved(table: dict, path: Path) -> Scene:
-    """The scene of a table with the keys of a scene file; files that it names lie beside `path`.
-
-    Raises InputError.
-    """
+    """The scene of a table with the keys of a scene file; its files lie beside `path`. Raises InputError."""
     return _loaded(plain_table(table, str(path)), path)
 
 
 def load(source: str | os.PathLike[str] | Mapping, folder: str | Path = ".") -> Scene:
-    """Read and check a scene file, a packaged scene by its bare name, or a table of the same keys as a file.
+    """Read and check a scene file, a packaged scene by its name, or a table with the keys of a scene file.
 
-    folder : of a table, where the files lie that it names. Raises InputError.
+    folder : of the files that a table names
+
+    Raises InputError.
     """
     if isinstance(source, Mapping):
         return _loaded(plain_table(source, "the scene"), _name_of(source, Path(folder)))
@@ -77,23 +76,23 @@ def _loaded(table: dict, path: Path) -> Scene:
 
 
 def _name_of(table: Mapping, folder: Path) -> Path:
-    """What messages and results call a scene that has no file: its title, as letters that a file may have."""
+    """Path that stands for a scene without a file in messages and results: its title in letters of file
+    names."""
     title = str(table.get("title", "scene"))[:80]
     return folder / (re.sub(r"[^\w.-]+", "_", title).strip("._") or "scene")
 
 
 def with_values(scene: Scene, values: Mapping[str, object]) -> Scene:
-    """The scene with other values, by dotted keys, as "materials.red.munsell"; None removes one.
-
-    Raises InputError.
-    """
+    """The scene with other values by dotted keys, as "materials.red.munsell"; None removes a key. Raises
+    InputError."""
     removed = dict.fromkeys(key for key, value in values.items() if value is None)
     plain = plain_table(values, str(scene.path))
     return revised(scene, table_with(scene.table, {**plain, **removed}, scene.path))
 
 
 def revised(scene: Scene, table: dict) -> Scene:
-    """The scene that another table says; what is costly is kept where the table is as it was.
+    """The scene of another table; its room, bodies and luminaires are reused where their tables are
+    unchanged.
 
     Raises InputError as `load` does.
     """
@@ -136,55 +135,7 @@ def _validated(table: dict, path: Path) -> SceneTable:
         # The first unknown key, else the first fault: a misspelt key also shows as a missing one.
         faults = error.errors(include_url=False)
         fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
-        raise InputError(f"{path}: {_explain(fault, table)}") from None
-
-
-def _explain(fault: dict, table: dict) -> str:
-    """One sentence from a pydantic fault."""
-    where = [part for part in fault["loc"] if part != "[key]"]
-    key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in where).lstrip(".")
-    if fault["type"] == "extra_forbidden":
-        word = str(where[-1])
-        known = _known_keys(where[:-1])
-        said = advice(str(where[0]) if where[1:] else "scene", word, known)
-        if said is not None:
-            return f"{key} {said}. Known: {', '.join(known)}."
-        near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}? " if near else ""
-        return f"{key} is not a known key; {hint}Known: {', '.join(known)}."
-    if fault["type"] == "missing":
-        return f"{key} is missing; it must be given. See docs/tutorial.md for a whole scene."
-    said = fault["msg"].removeprefix("Value error, ")
-    if fault["type"] == "value_error" and where[-1:] != ["normal"]:
-        return f"{key or 'the scene'}: {said}."
-    hint = ""
-    if where[-1:] == ["reflectance"] and isinstance(fault["input"], (int, float)):
-        hint = " Divide percentages by 100."
-    if where[-1:] == ["srgb"]:
-        return (f'{key} is {quoted(fault["input"])}; must be # and six hexadecimal digits, as "#a03020", '
-                "or three whole numbers, 0 to 255.")
-    return f"{key} is {quoted(fault['input'])}; {_allowed(said)}.{hint}"
-
-
-def _allowed(said: str) -> str:
-    for start in ("Input should", "String should", "List should", "Tuple should"):
-        if said.startswith(start):
-            return "must" + said[len(start):]
-    return said
-
-
-def _known_keys(where: list) -> list[str]:
-    """The keys that the model at this place knows."""
-    model: type[BaseModel] = SceneTable
-    for part in where:
-        if isinstance(part, int) or part not in model.model_fields:
-            continue  # a list's index, or the name of a material
-        found = [model.model_fields[part].annotation]
-        while found and not (isinstance(found[0], type) and issubclass(found[0], BaseModel)):
-            found = [arg for item in found for arg in getattr(item, "__args__", ())
-                     if arg is not type(None) and arg is not str]
-        model = found[0]
-    return list(model.model_fields)
+        raise InputError(f"{path}: {explain(fault)}") from None
 
 
 def _resolve(table: SceneTable, path: Path) -> Scene:
@@ -205,7 +156,7 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
     bodies, of_bodies, said = list(own), [], colours_said(Path(table.room.mesh or "").name, faces)
     for index, entry in enumerate(table.objects):
         where = f"{path}: objects[{index}]"
-        placed = place(entry, where, path.parent, used, table.solver.upsampling)
+        placed = place_object(entry, where, path.parent, used, table.solver.upsampling)
         mesh = trimesh.util.concatenate([body.mesh for body in placed.bodies])
         low, high = mesh.bounds
         thin = 2 * STAND_OFF * float(size.max())
@@ -233,12 +184,12 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
 
 def _refuse_misplaced(table: SceneTable, room: Room, bodies: list[Body], luminaires: list,
                       path: Path) -> None:
-    """Raise InputError for what reads, sees or shines from outside the room, or from inside an object."""
+    """Raise InputError for a meter, camera or luminaire outside the room or inside an object."""
     places = [(f"{key}[{index}]", entry) for key in ("photometers", "spot_meters", "observers")
               for index, entry in enumerate(getattr(table, key))]
     for key, entry in [*places, *([("camera", table.camera)] if table.camera else [])]:
         where, point = f"{path}: {key}.position is", np.array(entry.position)
-        refuse_outside(room, point, where, "Move it into the room")
+        refuse_place_outside(room, point, where, "Move it into the room")
         refuse_buried(bodies, point, room.scale, where)
     for luminaire in luminaires:
         refuse_buried(bodies, luminaire.center, room.scale,
@@ -258,7 +209,7 @@ def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> M
 
 
 def _room(scene: SceneTable, materials: list[str], path: Path) -> tuple[Room, list[Body]]:
-    """The room, and the walls and slabs of its file where no one surface encloses it."""
+    """The room, and the walls and slabs of a room file without one enclosing surface. Raises InputError."""
     table = scene.room
     if table.size is not None:
         return box_room(table.size), []
@@ -275,8 +226,11 @@ def _room(scene: SceneTable, materials: list[str], path: Path) -> tuple[Room, li
 
 
 def _room_materials(scene: SceneTable, room: Room, own: list[Body], used, path: Path) -> list[Material]:
-    """The material of each surface of the room and of its own bodies: its own, its file's, else that of
-    all walls."""
+    """Materials of the room's surfaces and own bodies: by surface, else from the file, else that of all
+    walls.
+
+    Raises InputError.
+    """
     table = scene.room
     for name in table.surfaces:
         if name not in room.surfaces and table.outline is not None:
@@ -309,7 +263,7 @@ def _listed(names: list[str]) -> str:
 
 
 def _apart(solid: trimesh.Trimesh, room: Room) -> bool:
-    """Whether no place on a solid is in a room; a convex room has been asked by its bounds."""
+    """Whether no place on a solid is in a room, for bounds that overlap."""
     vertices, faces = solid.vertices, solid.faces
     if (winding(vertices[:1], room.shell) >= 0.5).any():
         return False

@@ -1,4 +1,4 @@
-"""Rooms: a box, an outline drawn up to a height, or a mesh from a file."""
+"""Rooms as boxes and as outlines with a height, and questions about places in a room."""
 
 from dataclasses import dataclass, field
 
@@ -10,23 +10,18 @@ from renderer.scene.flat import Parts, polygon, rectilinear
 from renderer.scene.geometry import Rectangle
 from renderer.system.lazy import cached_property
 
-CONVEX_TOLERANCE = 1e-6
-"""A room none of whose corners lies this far behind one of its faces, relative to its longest side, is
-convex: what single-precision files round a flat wall to."""
-MIN_EDGE = 1e-5
-"""Shortest wall of an outline, relative to the room's longest side: past what rays resolve."""
-MAX_PAIRS = 1 << 16
-"""Points times triangles looked at at once."""
 INSIDE_TOLERANCE = 2e-6
-"""A point this far outside, relative to the room's longest side, still counts as inside: no one can say
-where a slanting wall is to more digits, and rays resolve no less."""
+"""Distance outside the room, relative to its longest side, up to which a point counts as inside: the decimals
+of a scene file place a slanting wall no better, and rays resolve no less."""
 
 
 @dataclass(frozen=True)
 class Opening:
-    """A hole in a room's mesh, closed by a black surface: what that absorbs has escaped.
+    """A hole in a room's mesh, closed by a black surface whose absorbed light counts as lost.
 
-    name : the surface's; middle : (3,) [m]; area [m²]
+    name : of the surface
+    middle : (3,) [m]
+    area : [m²]
     """
 
     name: str
@@ -38,8 +33,9 @@ class Opening:
 class Room:
     """The inside of a closed surface, normals inward.
 
-    surfaces : flat parts of each surface, by name; openings : which of them are holes
-    colours : linear BT.709 reflectance of surfaces that have it from the room's file, by name
+    surfaces : flat parts of each surface, by name
+    openings : the surfaces that close holes
+    colours : linear BT.709 reflectance of surfaces that the room's file colours, by name
     """
 
     surfaces: dict[str, Parts]
@@ -58,7 +54,7 @@ class Room:
 
     @cached_property
     def scale(self) -> float:
-        """The longest side [m], what tolerances are relative to."""
+        """The longest side [m], the reference of tolerances."""
         return float(np.ptp(self.bounds, axis=0).max())
 
     @cached_property
@@ -73,8 +69,11 @@ class Room:
 
     @cached_property
     def hindrances(self) -> list[np.ndarray]:
-        """Flat parts with some of the room behind their plane, which can stand between two places in it:
-        of each the corners (3 or 4, 3) [m], of a polygon those of a rectangle around it."""
+        """Flat parts that can stand between two places in the room: those with some of the room behind their
+        plane.
+
+        Of each the corners (3 or 4, 3) [m]; of a polygon those of a rectangle around it.
+        """
         outlines, normals = [], []
         for parts in self.surfaces.values():
             outlines += [r.corners for r in parts.rectangles] + [p.frame for p in parts.polygons]
@@ -88,7 +87,8 @@ class Room:
         for start in range(0, len(first), 256):
             part = slice(start, start + 256)
             lowest[part] = (normals[part] @ corners).min(axis=1)
-        behind = lowest - np.einsum("ki,ki->k", first, normals) < -CONVEX_TOLERANCE * self.scale
+        # Single-precision files place a flat wall no better than this.
+        behind = lowest - np.einsum("ki,ki->k", first, normals) < -1e-6 * self.scale
         return [outlines[k] for k in np.flatnonzero(behind)]
 
     @property
@@ -107,21 +107,24 @@ def box_room(size) -> Room:
 
 
 def outline_room(outline, height: float, where: str) -> Room:
-    """A floor plan (k, 2) [m], in either direction, from z = 0 to `height`. wall_0 stands on the way
-    from its first point to its second, and so on. Raises InputError."""
+    """A room over a floor plan (k, 2) [m], in either direction, from z = 0 to `height` [m].
+
+    wall_0 stands between the first and the second point, and so on. Raises InputError.
+    """
     import shapely
 
     points = np.array(outline, dtype=float)
     scale = max(float(np.ptp(points, axis=0).max()), height)
     lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    resolved = 1e-5 * scale  # shortest wall that rays tell from a corner
     short = int(lengths.argmin())
     after = (short + 1) % len(points)
     if lengths[short] == 0:
         raise InputError(f"{where}.outline[{after}] repeats outline[{short}], {list(outline[after])}; leave "
                          "one out (the last wall leads back to the first point by itself).")
-    if lengths[short] < MIN_EDGE * scale:
+    if lengths[short] < resolved:
         raise InputError(f"{where}.outline[{short}] and outline[{after}] are {lengths[short]:.3g} m apart; "
-                         f"in a room of {scale:g} m walls from {MIN_EDGE * scale:.2g} m are told apart. "
+                         f"in a room of {scale:g} m walls from {resolved:.2g} m are told apart. "
                          "Leave one out.")
     origin = points.mean(axis=0)
     ring = shapely.Polygon(points - origin)
@@ -131,7 +134,7 @@ def outline_room(outline, height: float, where: str) -> Room:
             x, y = (float(v) for v in said[said.index("[") + 1:-1].split())
             said = f"crosses or touches itself at [{x + origin[0]:.6g}, {y + origin[1]:.6g}]"
         raise InputError(f"{where}.outline {said}; list the corners in order around the room.")
-    if ring.area < MIN_EDGE * scale * lengths.max():
+    if ring.area < resolved * lengths.max():
         raise InputError(f"{where}.outline encloses {ring.area:.3g} m²: its points lie on one line. Give the "
                          "corners around the room.")
     forward = ring.exterior.is_ccw
@@ -156,10 +159,11 @@ def outline_room(outline, height: float, where: str) -> Room:
 
 
 def winding(points: np.ndarray, shell: np.ndarray) -> np.ndarray:
-    """How many times a surface (m, 3, 3), normals inward, goes round each of the points (k, 3): 1 inside a
-    closed one and 0 outside (k,).
+    """Winding number (k,) of a surface (m, 3, 3), normals inward, about points (k, 3): 1 inside a closed one,
+    0 outside.
 
-    The solid angles of its triangles, by van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30, 1983, eq. 8.
+    It is the sum of the triangles' solid angles (A. van Oosterom and J. Strackee, IEEE Trans. Biomed. Eng.
+    30, 1983, eq. 8) over 4π.
     """
     turns = np.empty(len(points))
     step = max(1, (1 << 20) // len(shell))
@@ -175,11 +179,11 @@ def winding(points: np.ndarray, shell: np.ndarray) -> np.ndarray:
 
 
 def outside(points: np.ndarray, shell: np.ndarray, slack: float) -> np.ndarray:
-    """Whether points (k, 3) are outside a closed surface (m, 3, 3), normals inward, by more than
-    `slack` [m] (k,)."""
+    """Whether points (k, 3) lie outside a closed surface (m, 3, 3), normals inward, by more than `slack` [m]
+    (k,)."""
     out = winding(points, shell) < 0.5
     close = np.flatnonzero(out)
-    step = max(1, MAX_PAIRS // len(shell))
+    step = max(1, (1 << 16) // len(shell))
     for some in np.split(close, range(step, len(close), step)):
         out[some] = _distances(points[some], shell) > slack
     return out
@@ -196,15 +200,15 @@ def _distances(points: np.ndarray, shell: np.ndarray) -> np.ndarray:
 
 
 def nearest(point: np.ndarray, shell: np.ndarray) -> tuple[float, int]:
-    """Distance [m] from a point (3,) to a surface (m, 3, 3), and the triangle it is nearest to."""
+    """Distance [m] from a point (3,) to a surface (m, 3, 3), and the index of the nearest triangle."""
     apart = shell - point
-    size = np.abs(apart).max()  # trimesh's tolerances are lengths of their own: a room of 1 mm needs this
+    size = np.abs(apart).max()  # trimesh's tolerances are absolute lengths: a room of 1 mm needs this
     on = trimesh.triangles.closest_point(apart / size, np.zeros((len(shell), 3)))
     distance = np.linalg.norm(on, axis=1) * size
     return float(distance.min()), int(distance.argmin())
 
 
-def refuse_outside(room: Room, point: np.ndarray, what: str, remedy: str) -> None:
+def refuse_place_outside(room: Room, point: np.ndarray, what: str, remedy: str) -> None:
     """Raise InputError for a point (3,) outside a room: "`what` [x, y, z], outside the room …"."""
     if not outside(point[None], room.shell, INSIDE_TOLERANCE * room.scale)[0]:
         return
@@ -219,5 +223,5 @@ def refuse_outside(room: Room, point: np.ndarray, what: str, remedy: str) -> Non
 
 
 def spelt(xyz: np.ndarray) -> str:
-    """A point (3,) as a message shows it."""
+    """A point (3,) as text for a message."""
     return "[" + ", ".join(f"{x:.6g}" for x in xyz) + "]"

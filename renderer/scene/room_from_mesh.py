@@ -1,4 +1,4 @@
-"""Rooms from mesh files: closed, oriented, and divided into named surfaces."""
+"""Rooms from mesh files: a closed and oriented surface, divided into named surfaces."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,20 +9,17 @@ import trimesh
 from renderer.errors import InputError
 from renderer.scene.flat import flat_parts
 from renderer.scene.mesh_files import (
-    Labelled,
+    LabelledMesh,
     body_volumes,
     crowded_edges,
     mended_junctions,
+    merged,
     open_loops,
     oriented,
     read_mesh,
-    welded,
 )
 from renderer.scene.room import Opening, Room, outside, spelt
 from renderer.scene.surface_names import FACINGS, surface_names
-
-SHELL = 0.5
-"""A body that fills more than this of the room it stands in is the inner side of walls with thickness."""
 
 
 def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
@@ -31,7 +28,7 @@ def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], m
 
     units, up, root : as for read_mesh; others : as for `surface_names`
     """
-    mesh = mended_junctions(welded(read_mesh(path, where, units, up, root)))
+    mesh = mended_junctions(merged(read_mesh(path, where, units, up, root)))
     if not len(mesh.faces):
         raise InputError(f"{where}: {path.name} holds no faces with area; export the mesh with its "
                          "triangles.")
@@ -61,7 +58,7 @@ def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], m
     return Room(surfaces, tuple(holes), colours)
 
 
-def _refuse_unknown(mesh: Labelled, named: list[str], path: Path, where: str) -> None:
+def _refuse_unknown(mesh: LabelledMesh, named: list[str], path: Path, where: str) -> None:
     known = list(dict.fromkeys(name for names in mesh.names for name in names))
     for name in named:
         if name not in known:
@@ -70,8 +67,9 @@ def _refuse_unknown(mesh: Labelled, named: list[str], path: Path, where: str) ->
                              f"has not; names in it: {shown}.")
 
 
-def _closed(mesh: Labelled, body: np.ndarray, path: Path, where: str) -> tuple[Labelled, list[str]]:
-    """The mesh with each hole closed by a part of its own, and the names of those."""
+def _closed(mesh: LabelledMesh, body: np.ndarray, path: Path, where: str) -> tuple[LabelledMesh, list[str]]:
+    """The mesh with each hole closed by a part of its own, and the names of these parts. Raises
+    InputError."""
     loops = open_loops(mesh.faces)
     if not loops:
         return mesh, []
@@ -102,14 +100,17 @@ def _closed(mesh: Labelled, body: np.ndarray, path: Path, where: str) -> tuple[L
         part.append(np.full(len(cap), len(names)))
         names.append((name,))
         openings.append(name)
-    closed = Labelled(np.concatenate(vertices), np.concatenate(faces), np.concatenate(part), names,
+    closed = LabelledMesh(np.concatenate(vertices), np.concatenate(faces), np.concatenate(part), names,
                       [*mesh.colours, *[None] * len(openings)])
     return closed, openings
 
 
 def _cap(ring: np.ndarray, index: np.ndarray, fresh: int) -> tuple[np.ndarray, np.ndarray]:
-    """New vertices and the faces that fill a ring of vertices (k, 3): cut from its plane where it has
-    one, else a fan from its middle, which gets the number `fresh`."""
+    """New vertices and the faces that fill a ring of vertices (k, 3).
+
+    A flat ring is triangulated in its plane; any other becomes a fan from its centre, the vertex number
+    `fresh`.
+    """
     import shapely
 
     middle = ring.mean(axis=0)
@@ -129,8 +130,12 @@ def _cap(ring: np.ndarray, index: np.ndarray, fresh: int) -> tuple[np.ndarray, n
     return middle[None], np.column_stack([index, np.roll(index, -1), np.full(len(index), fresh)])
 
 
-def _inward(mesh: Labelled, body: np.ndarray, path: Path, where: str) -> Labelled:
-    """The mesh of one room and what stands in it, normals toward the light. All bodies come outward."""
+def _inward(mesh: LabelledMesh, body: np.ndarray, path: Path, where: str) -> LabelledMesh:
+    """The mesh of a room and the bodies in it, all normals outward, with the room's normals turned inward.
+
+    A body that fills more than half of the outer one is the inner side of walls with thickness. Raises
+    InputError.
+    """
     volume = body_volumes(mesh.vertices, mesh.faces, body)
     outer = int(volume.argmax())
     scale = float(np.ptp(mesh.vertices[mesh.faces], axis=(0, 1)).max())
@@ -142,7 +147,7 @@ def _inward(mesh: Labelled, body: np.ndarray, path: Path, where: str) -> Labelle
             raise InputError(f"{where}: {path.name} holds a closed surface outside the room's, at "
                              f"{spelt(spot)} m; a file holds one room and what stands in it. Export them "
                              "one by one.")
-    within = others[volume[others] > SHELL * volume[outer]]
+    within = others[volume[others] > 0.5 * volume[outer]]
     if len(within):  # walls with thickness: the room is what they enclose
         keep = body != outer
         mesh = replace(mesh, faces=mesh.faces[keep], part=mesh.part[keep])

@@ -1,7 +1,7 @@
-"""Rooms from files whose faces no one surface encloses: walls and slabs as solids, or as loose sheets.
+"""Rooms from files without one enclosing surface: walls and slabs as solids or as loose sheets.
 
-Such faces stand as they are, solids and sheets, in a black box around them: what light gets past them,
-through a gap or an open door, is lost, and how much that is is said with the readings.
+The solids and sheets stand unchanged in a black box around them. Light that leaves through a gap or an open
+door is lost; the readings state how much.
 """
 
 from dataclasses import replace
@@ -18,23 +18,17 @@ from renderer.scene.room import Opening, Room, box_room, winding
 from renderer.scene.scene import Body
 from renderer.scene.surface_names import FACINGS, surface_names
 
-AROUND = 0.02
-"""How far the box around a room lies outside it, relative to its longest side."""
-OUTSIDE = "outside"
-"""Name of the box around a room."""
-ON_SURFACE = 0.4
-"""A solid that goes round a place, or has it on its surface, has a winding number of at least this there."""
-OPEN, DIRECTIONS = 0.5, 256
-"""Where more of that many directions from each of a scene's places meet nothing, no room is about them."""
-
 
 def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
                  places: np.ndarray, where: str, root: Path | None, refusal: InputError,
                  painted: tuple[str, ...] = FACINGS) -> tuple[Room, list[Body]]:
-    """The inside of a heap of faces, and what stands in it. Raises InputError.
+    """The room that a file's solids and sheets enclose, and the bodies in it. Raises InputError.
 
-    places : (k, 3) [m] of the scene's luminaires and meters, which are inside; others as for mesh_room
-    refusal : what is raised where nothing is about them
+    places : (k, 3) [m] of the scene's luminaires and meters, which are inside the room
+    refusal : the error for faces that enclose none of the places, where more than half of all directions are
+        open
+
+    Other arguments are as for `mesh_room`.
     """
     if not len(places):
         raise refusal
@@ -48,7 +42,7 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
     corners = model.heap.vertices[faces]
     scale = float(np.ptp(model.bounds, axis=0).max())
     around = _enclosing(corners, solid, places)
-    if around is None and min(_open_share(place, corners) for place in (*places, places.mean(axis=0))) > OPEN:
+    if around is None and min(_open_share(place, corners) for place in (*places, places.mean(axis=0))) > 0.5:
         raise refusal
     faces = _turned_to(model.heap.vertices, faces, solid, places.mean(axis=0))
     if around is not None:
@@ -70,11 +64,11 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
     return room, bodies
 
 
-def _open_share(place: np.ndarray, corners: np.ndarray) -> float:
-    """Share of all directions from a place (3,) in which no triangle (k, 3, 3) is met (Möller and Trumbore,
-    1997)."""
-    k = np.arange(DIRECTIONS) + 0.5
-    z, turn = 1 - 2 * k / DIRECTIONS, np.pi * (1 + 5**0.5) * k
+def _open_share(place: np.ndarray, corners: np.ndarray, count: int = 256) -> float:
+    """Share of `count` directions from a place (3,) that meet no triangle (k, 3, 3) (T. Möller and B.
+    Trumbore, J. Graphics Tools 2(1), 1997). The directions are a Fibonacci lattice on the sphere."""
+    k = np.arange(count) + 0.5
+    z, turn = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
     directions = np.stack([np.cos(turn) * np.sqrt(1 - z**2), np.sin(turn) * np.sqrt(1 - z**2), z], axis=1)
     start, one, other = corners[:, 0] - place, corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     met = 0
@@ -86,7 +80,7 @@ def _open_share(place: np.ndarray, corners: np.ndarray) -> float:
         beside = np.cross(-start, one)
         v, t = beside @ direction / volume, np.einsum("ki,ki->k", beside, other) / volume
         met += bool(((u >= -1e-9) & (v >= -1e-9) & (u + v <= 1 + 1e-9) & (t > 0)).any())
-    return 1 - met / DIRECTIONS
+    return 1 - met / count
 
 
 def _mesh(model: Model, faces: np.ndarray) -> trimesh.Trimesh:
@@ -96,22 +90,25 @@ def _mesh(model: Model, faces: np.ndarray) -> trimesh.Trimesh:
 
 
 def _enclosing(corners: np.ndarray, solid: np.ndarray, places: np.ndarray) -> int | None:
-    """The smallest solid that has most of the places (k, 3) inside it, if those are in what it encloses and
-    not in a hollow of it: it is the room's own surface."""
+    """The solid that is the room's own surface: the smallest with most of the places (k, 3) in it.
+
+    None where no solid has them, or where most places are outside all solids together, as in a hollow.
+    """
     found, size = None, np.inf
+    on_surface = 0.4  # least winding number of a solid about a place in it or on its surface
     for k in np.unique(solid[solid >= 0]):
         own = corners[solid == k]
         turns = -winding(places, own)
         extent = np.prod(np.ptp(own.reshape(-1, 3), axis=0))
-        if (turns > ON_SURFACE).mean() > 0.5 and extent < size:
+        if (turns > on_surface).mean() > 0.5 and extent < size:
             found, size = int(k), extent
-    if found is None or (-winding(places, corners[solid >= 0]) < ON_SURFACE).mean() > 0.5:
+    if found is None or (-winding(places, corners[solid >= 0]) < on_surface).mean() > 0.5:
         return None
     return found
 
 
 def _turned_to(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Faces (k, 3), those of sheets turned to look at a place (3,)."""
+    """The faces (k, 3), those of sheets turned to face a place (3,)."""
     a, b, c = vertices[faces].transpose(1, 0, 2)
     away = np.einsum("ki,ki->k", np.cross(b - a, c - a), place - a) < 0
     turned = faces.copy()
@@ -129,8 +126,9 @@ def _names(model: Model, faces: np.ndarray, named: list[str], materials: list[st
 
 
 def _box_around(bounds: np.ndarray, scale: float) -> Room:
-    low, high = bounds + AROUND * scale * np.array([[-1], [1]])
+    """A black room named "outside", 2 % of the longest side larger than the bounds (2, 3) on each side."""
+    low, high = bounds + 0.02 * scale * np.array([[-1], [1]])
     box = box_room(high - low)
     walls = [Rectangle(r.corner + low, r.u, r.v) for parts in box.surfaces.values() for r in parts.rectangles]
     parts = Parts(tuple(walls))
-    return Room({OUTSIDE: parts}, (Opening(OUTSIDE, (low + high) / 2, float(parts.area)),))
+    return Room({"outside": parts}, (Opening("outside", (low + high) / 2, float(parts.area)),))

@@ -1,4 +1,4 @@
-"""A room ready to be solved: its surfaces, what stands in it, what lights it, and what is read."""
+"""A scene: a room with its surfaces, bodies, luminaires and meters."""
 
 import hashlib
 from dataclasses import dataclass, field, replace
@@ -16,26 +16,28 @@ from renderer.scene.exposed import Exposed, exposed_parts
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.grids import Grid
 from renderer.scene.luminaires.luminaire import Luminaire
+from renderer.scene.meter_tables import CameraTable, ObserverTable, PhotometerTable, SpotMeterTable
 from renderer.scene.mounting import Placement, place_luminaires
 from renderer.scene.project import ProjectTable, RequirementTable
 from renderer.scene.room import Room
-from renderer.scene.schema import CameraTable, ObserverTable, PhotometerTable, SolverTable, SpotMeterTable
+from renderer.scene.schema import SolverTable
 from renderer.system.input_files import OpenedFile
 from renderer.system.lazy import cached_property
 
 STAND_OFF = 4e-6
-"""How far rays start off their surface and stop short of their target, relative to the room's
-longest side: some 60 times what rays resolve there, and 20 µm in a room of 5 m."""
+"""Distance from a surface, relative to the room's longest side, at which rays start and end: some 60 times
+the resolution of single precision there, and 20 µm in a room of 5 m."""
 
 
 @dataclass(frozen=True)
 class Body:
-    """Faces of an object that have one material.
+    """Faces of an object with one material.
 
-    mesh : [m], the normals of closed bodies outward
-    closed : whether they enclose a volume, alone or with the others of the object; else they are sheets:
-        no thickness, opaque, the material on both sides
-    of_room : whether it is a wall, slab or other part of the room's own file: luminaires are mounted on it
+    mesh : [m], normals of closed bodies outward
+    closed : whether the faces enclose a volume, alone or with the object's other bodies; else they are
+        sheets: without thickness, opaque, the material on both sides
+    of_room : whether the body is a wall, slab or other part of the room's own file; luminaires are mounted on
+        it
     """
 
     name: str
@@ -45,19 +47,19 @@ class Body:
 
     @cached_property
     def parts(self) -> Parts:
-        """Its flat parts."""
+        """The flat parts of the faces."""
         return flat_parts(self.mesh)
 
 
 @dataclass(frozen=True)
 class Surface:
-    """What a mesh numbers as one surface: a row of every array over surfaces.
+    """A surface of the scene: one row of every array over surfaces.
 
     kind : "room", "solid", "sheet" or "luminaire"
-    parts : its flat parts; None of a luminaire's face
-    material : None of a luminaire's face, which is black
-    luminaire : index in Scene.luminaires of the one whose face it is; else None
-    of_room : whether it is from the room's own table or file
+    parts : flat parts; None for a luminaire's face
+    material : None for a luminaire's face, which is black
+    luminaire : index in Scene.luminaires of the luminaire with this face; None for other surfaces
+    of_room : whether the surface is from the room's own table or file
     """
 
     name: str
@@ -74,23 +76,24 @@ class Surface:
 
     @property
     def area(self) -> float:
-        """Area of one side [m²], before anything covers it; 0 of a luminaire's face."""
+        """Area of one side [m²], covered parts included; 0 for a luminaire's face."""
         return float(self.parts.area) if self.parts is not None else 0.0
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A room ready to be solved.
+    """A scene ready to be solved.
 
-    room : its inner surfaces; bodies : the objects in it
-    materials : one Material per surface of the room and body
-    lamps : relative spectral power, one per luminaire
-    faults : of the luminaires' photometric files, in sentences
-    files : how model files were read, and which colours are theirs, in sentences
-    project : what a report says of it; its maintenance factor is in the luminaires' lumens
-    requirements : what a report holds readings against
-    opened : those that were read to load it, the scene's own first
-    table : what its file says, or the dict that it was made from
+    room : the inner surfaces
+    bodies : the objects in the room
+    materials : one for each surface of the room and each body
+    lamps : relative spectral power, one for each luminaire
+    faults : sentences about faults of photometric files
+    files : sentences about the reading of model files and the colours from them
+    project : for the report; its maintenance factor is contained in the luminaires' lumens
+    requirements : values that a report compares readings with
+    opened : the files that were read, the scene's own first
+    table : the table of the scene file, or the dict that the scene was made from
     """
 
     title: str
@@ -120,7 +123,7 @@ class Scene:
 
     @cached_property
     def surfaces(self) -> list[Surface]:
-        """All surfaces (n_surfaces,): the room's, the bodies, the luminaires with area."""
+        """All surfaces (n_surfaces,): the room's, the bodies', the faces of luminaires."""
         found = [Surface(name, "room", parts, of_room=True) for name, parts in self.room.surfaces.items()]
         found += [Surface(body.name, "solid" if body.closed else "sheet", body.parts, of_room=body.of_room)
                   for body in self.bodies]
@@ -131,7 +134,7 @@ class Scene:
 
     @cached_property
     def exposed(self) -> list[Exposed]:
-        """What of each surface of the room and of each body faces air."""
+        """The parts of each surface of the room and of each body that face air."""
         return exposed_parts(self.room, self.bodies)
 
     @property
@@ -141,11 +144,11 @@ class Scene:
 
     @property
     def faces(self) -> list[Luminaire]:
-        """The luminaires that have a face."""
+        """The luminaires with a face: all but points."""
         return [lum for lum in self.luminaires if not lum.is_point]
 
     def band_set(self, name: str) -> BandSet:
-        """The band set of that name, made for this scene's lamps but for "rgb"."""
+        """The band set of a name; all but "rgb" are fitted to this scene's lamps."""
         if name == "6":
             lights = [luminous_at_1_nm(power_at_1_nm(lamp)) for lamp in self.lamps]
             return nodes_for_lamps(lights, [lum.lumens for lum in self.luminaires])
@@ -156,19 +159,19 @@ class Scene:
         return prefiltered(mean_light(self.lamps, [lum.lumens for lum in self.luminaires]))
 
     def reflectance(self, bands: BandSet) -> np.ndarray:
-        """Reflectance of each surface in each band (n_surfaces, n_bands); luminaires are black."""
+        """Reflectance (n_surfaces, n_bands) of each surface in each band; luminaires are black."""
         once = {material.name: material.reflectance(bands) for material in self.materials}
         black = np.zeros(len(bands.xyz))
         return np.array([once[s.material.name] if s.material else black for s in self.surfaces])
 
     def watts(self, bands: BandSet) -> np.ndarray:
-        """Power of each luminaire in each interval of wavelengths (n_luminaires, n_bands) [W]."""
+        """Power (n_luminaires, n_bands) [W] of each luminaire in each interval of wavelengths."""
         rows = [band_watts(lamp, lum.lumens, bands)
                 for lum, lamp in zip(self.luminaires, self.lamps, strict=True)]
         return np.array(rows).reshape(len(rows), len(bands.xyz))
 
     def flux(self, bands: BandSet) -> np.ndarray:
-        """Flux of each luminaire in each band (n_luminaires, n_bands), in that set's unit: lumens are
+        """Flux (n_luminaires, n_bands) of each luminaire in each band, in the band set's unit; lumens are
         exact."""
         rows = [band_flux(lamp, lum.lumens, bands, f"{self.path}: luminaires {lum.name!r}")
                 for lum, lamp in zip(self.luminaires, self.lamps, strict=True)]
@@ -176,12 +179,14 @@ class Scene:
 
     @cached_property
     def placement(self) -> Placement:
-        """The luminaires against the surfaces. Raises InputError where one shines into what it lies on."""
+        """The luminaires placed against the surfaces. Raises InputError for one that shines into its
+        surface."""
         return place_luminaires(self)
 
     @cached_property
     def geometry_key(self) -> str:
-        """What the form factors depend on: equal for a grey and a red room of one shape."""
+        """Digest of the geometry that form factors depend on: equal for a grey and a red room of one
+        shape."""
         parts = [self.room.shell, np.array([len(p.shell) for p in self.room.surfaces.values()])]
         for body in self.bodies:
             parts += [body.mesh.vertices, body.mesh.faces]

@@ -1,51 +1,41 @@
-"""What a scene file may say: keys, types and ranges, as pydantic models (metres, z up)."""
+"""The tables, keys, types and ranges of a scene file, as pydantic models (metres, z up)."""
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from renderer.colour.bands import BAND_SETS
 from renderer.colour.upsampling import UPSAMPLING
-from renderer.scene.model_files.read import UNITS
+from renderer.scene.meter_tables import (
+    CameraTable,
+    ObserverTable,
+    PhotometerGridTable,
+    PhotometerTable,
+    SpotMeterTable,
+)
+from renderer.scene.model_files.read import METRES_PER_UNIT
 from renderer.scene.project import ProjectTable, RequirementTable
-
-FARTHEST = 1e9
-"""Largest coordinate or length [m]; the smallest length is its inverse."""
-Number = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
-Positive = Annotated[float, Field(strict=True, ge=1 / FARTHEST, le=FARTHEST)]
-Amount = Annotated[float, Field(strict=True, ge=0, le=1e30)]
-Reflectance = Annotated[float, Field(strict=True, ge=0, le=1)]
-Count = Annotated[int, Field(strict=True, ge=1, le=50)]
-Vector = tuple[Number, Number, Number]
-
-
-class Table(BaseModel):
-    """A TOML table: an unknown key, NaN or infinity is an error."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+from renderer.scene.table_types import (
+    Amount,
+    Count,
+    Fraction,
+    Number,
+    Positive,
+    StrictTable,
+    Vector,
+    has_length,
+    one_of,
+)
 
 
-def one_of(table: BaseModel, *keys: str) -> None:
-    """Refuse a table in which not exactly one of the keys is given."""
-    given = [key for key in keys if getattr(table, key) is not None]
-    if len(given) != 1:
-        raise ValueError(f"exactly one of {', '.join(keys)} must be given, not "
-                         f"{' and '.join(given) or 'none'}")
-
-
-def has_length(direction: Vector) -> bool:
-    """Whether a vector is long enough to give a direction."""
-    return max(abs(x) for x in direction) >= 1 / FARTHEST
-
-
-class RoomTable(Table):
-    """The inside of a closed box with one corner at the origin, of an outline, or of a mesh."""
+class RoomTable(StrictTable):
+    """The room: a box with one corner at the origin, an outline with a height, or a mesh."""
 
     size: tuple[Positive, Positive, Positive] | None = None
     outline: Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=1000)] | None = None
     height: Positive | None = None
     mesh: str | None = None
-    units: Literal[tuple(UNITS)] | None = None
+    units: Literal[tuple(METRES_PER_UNIT)] | None = None
     up: Literal["z", "y"] | None = None
     floor: str | None = None
     walls: str | None = None
@@ -84,12 +74,12 @@ class RoomTable(Table):
         return self
 
 
-class MaterialTable(Table):
-    """A diffuse reflectance, in one of six ways; `lrv` in percent becomes `reflectance`."""
+class MaterialTable(StrictTable):
+    """A diffuse reflectance, given in one of six ways; `lrv` is in percent."""
 
-    reflectance: Reflectance | None = None
+    reflectance: Fraction | None = None
     spectrum: str | None = None
-    rgb: tuple[Reflectance, Reflectance, Reflectance] | None = None
+    rgb: tuple[Fraction, Fraction, Fraction] | None = None
     srgb: Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$")] | None = None
     munsell: str | None = None
     lrv: Annotated[float, Field(strict=True, ge=0, le=100)] | None = None
@@ -109,12 +99,12 @@ class MaterialTable(Table):
 
     @property
     def flat(self) -> float | None:
-        """Its reflectance where that is the same at every wavelength."""
+        """The reflectance of a spectrally flat material; None for others."""
         return self.reflectance if self.lrv is None else self.lrv / 100
 
 
-class LuminaireTable(Table):
-    """A light source, or an array of them. Rectangles and discs emit from their front by Lambert's law."""
+class LuminaireTable(StrictTable):
+    """A luminaire, or an array of them. Rectangles and discs emit from their front by Lambert's law."""
 
     name: str = "luminaire"
     shape: Literal["rectangle", "disc", "point", "ies"]
@@ -183,13 +173,13 @@ class LuminaireTable(Table):
         return self
 
 
-class ObjectTable(Table):
-    """What stands in the room: a box, cylinder or sphere, or a model from a file."""
+class ObjectTable(StrictTable):
+    """An object in the room: a box, cylinder or sphere, or a model from a file."""
 
     name: str = "object"
     shape: Literal["box", "cylinder", "sphere"] | None = None
     mesh: str | None = None
-    units: Literal[tuple(UNITS)] | None = None
+    units: Literal[tuple(METRES_PER_UNIT)] | None = None
     up: Literal["z", "y"] | None = None
     scale: Positive | None = None
     position: Vector
@@ -214,97 +204,8 @@ class ObjectTable(Table):
         return self
 
 
-class PhotometerTable(Table):
-    """Where a reading is taken, and which way the meter faces."""
-
-    name: str = "photometer"
-    position: Vector
-    normal: Vector = (0.0, 0.0, 1.0)
-
-    @field_validator("normal")
-    @classmethod
-    def _has_length(cls, normal):
-        if not has_length(normal):
-            raise ValueError("has no length; give a direction, for example [0, 0, 1]")
-        return normal
-
-
-class PhotometerGridTable(Table):
-    """An area of readings: a corner and two sides at right angles, facing u × v unless told otherwise."""
-
-    name: str = "grid"
-    origin: Vector
-    u: Vector
-    v: Vector
-    spacing: Positive | None = None
-    border: Annotated[float, Field(strict=True, ge=0, le=FARTHEST)] = 0.0
-    normal: Vector | None = None
-
-    @model_validator(mode="after")
-    def _is_an_area(self):
-        for key in ("u", "v"):
-            if not has_length(getattr(self, key)):
-                raise ValueError(f"{key} has no length; give a side of the area, for example [3, 0, 0]")
-        if self.normal is not None and not has_length(self.normal):
-            raise ValueError("normal has no length; give the way the meters face, for example [0, 0, 1]")
-        return self
-
-
-class SightTable(Table):
-    """Where an eye is, and which way it looks."""
-
-    name: str
-    position: Vector
-    look_at: Vector | None = None
-    direction: Vector | None = None
-
-    @model_validator(mode="after")
-    def _looks_somewhere(self):
-        one_of(self, "look_at", "direction")
-        if not has_length(self.toward):
-            raise ValueError("look_at is the eye's own position; move it to what is looked at"
-                             if self.look_at else "direction has no length; give one, for example [0, 1, 0]")
-        return self
-
-    @property
-    def toward(self) -> Vector:
-        """The way it looks, of any length."""
-        if self.direction is not None:
-            return self.direction
-        return tuple(a - b for a, b in zip(self.look_at, self.position, strict=True))
-
-
-class SpotMeterTable(SightTable):
-    """A luminance meter, with its full acceptance angle in degrees."""
-
-    name: str = "spot meter"
-    angle: Annotated[float, Field(strict=True, ge=0.01, le=120)] = 1.0
-
-
-class ObserverTable(SightTable):
-    """An observer whose glare is rated."""
-
-    name: str = "observer"
-
-
-class CameraTable(Table):
-    """A pinhole camera; x to the right, z up in the picture."""
-
-    position: Vector
-    look_at: Vector
-    fov: Annotated[float, Field(strict=True, ge=1, le=170)] = 75.0
-    resolution: tuple[Annotated[int, Field(ge=8, le=8192)], Annotated[int, Field(ge=8, le=8192)]] = (
-        640, 480)
-
-    @model_validator(mode="after")
-    def _looks_somewhere(self):
-        if not has_length(tuple(a - b for a, b in zip(self.look_at, self.position, strict=True))):
-            raise ValueError("look_at is the camera's own position; move it to what is looked at")
-        return self
-
-
-class SolverTable(Table):
-    """How the scene is solved. What is left out follows from the accuracy."""
+class SolverTable(StrictTable):
+    """Settings of the solve; those left out follow from the accuracy."""
 
     accuracy: Annotated[float, Field(strict=True, ge=1e-4, le=0.5)] = 0.01
     bands: Literal[BAND_SETS] = "31"
@@ -313,7 +214,7 @@ class SolverTable(Table):
     seed: Annotated[int, Field(strict=True, ge=0, le=2**62)] = 0
 
 
-class SceneTable(Table):
+class SceneTable(StrictTable):
     """A whole scene file."""
 
     title: str = "Untitled room"

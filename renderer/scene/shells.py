@@ -1,4 +1,4 @@
-"""Closed surfaces: the pieces of meshes, the solids that they enclose, and what is inside them."""
+"""Closed surfaces: the connected pieces of meshes, and the solids that they enclose."""
 
 from dataclasses import dataclass
 
@@ -14,8 +14,9 @@ from renderer.scene.room import winding
 class Shell:
     """A closed surface in one piece.
 
-    triangles : (k, 3, 3) [m]; sign : 1 where normals point out of what is not air, −1 for the room's
-    own : its winding number just before itself: 0, or −1 before the wall of a hollow
+    triangles : (k, 3, 3) [m]
+    sign : 1 for a solid, whose normals point into the air; −1 for the room
+    own : winding number of the surface just before it: 0, or −1 before the wall of a hollow
     """
 
     triangles: np.ndarray
@@ -28,13 +29,13 @@ class Shell:
         return np.array([self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))])
 
     def solid_at(self, points: np.ndarray) -> np.ndarray:
-        """How many times it encloses points (k, 3) in what is not air (k,)."""
+        """Number of times (k,) that the shell encloses points (k, 3) in solid matter."""
         turns = winding(points, self.triangles)
         return np.rint(1 - turns if self.sign < 0 else -turns)
 
 
 def components(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
-    """The pieces of a mesh that share no edge."""
+    """The connected pieces of a mesh, which share no edge."""
     labels = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
     if labels.max(initial=0) == 0:
         return [mesh]
@@ -43,8 +44,10 @@ def components(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
 
 
 def solids_of(pieces: list[trimesh.Trimesh | None]) -> np.ndarray:
-    """The solid of each piece of a closed body (k,), −1 for None: pieces of several materials that meet at
-    their open edges are one solid."""
+    """Number of the solid (k,) that each piece of a closed body belongs to, −1 for None.
+
+    Pieces of several materials that meet at their open edges are one solid.
+    """
     links, at = [], {}
     for index, piece in enumerate(pieces):
         if piece is None:

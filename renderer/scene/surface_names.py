@@ -1,10 +1,8 @@
-"""Which surface of a room each face of its file is part of, and the colours that the file gives."""
+"""The assignment of a room file's faces to named surfaces, and the colours from the file."""
 
 import numpy as np
 
 FACINGS = ("floor", "ceiling", "walls")
-STEEP = 0.5
-"""A face whose normal rises more than this, as sine, is floor; falls, ceiling; else wall."""
 
 
 def surface_names(part: np.ndarray, names: list[tuple[str, ...]], given: list[np.ndarray | None],
@@ -12,13 +10,14 @@ def surface_names(part: np.ndarray, names: list[tuple[str, ...]], given: list[np
                   ) -> tuple[np.ndarray, dict[str, tuple[float, ...]]]:
     """The surface of each face (k,), and the linear BT.709 reflectance of surfaces that the file colours.
 
-    part : (k,) index into `names` and `given`, which are names and colours as in `Polygons`
-    rise : (k,) sine of each face's normal above the horizontal
-    known : names that are surfaces of their own where the file has them, the first list first
-    painted : which of floor, ceiling and walls the scene gives a material: faces that face such a way and
-        have none of those names are part of these; others have the file's colour, if it gives one
+    part : (k,) index into `names` and `given`, names and colours as in `Polygons`
+    rise : (k,) sine of each normal's angle above the horizontal; above 0.5 the face is floor, below −0.5
+        ceiling
+    known : names that become surfaces of their own where the file has them, the first list first
+    painted : those of floor, ceiling and walls with a material in the scene; faces of that direction without
+        a known name belong to them, and others take the file's colour
     """
-    facing = np.select([rise > STEEP, rise < -STEEP], FACINGS[:2], FACINGS[2]).tolist()
+    facing = np.select([rise > 0.5, rise < -0.5], FACINGS[:2], FACINGS[2]).tolist()
     own = [next((n for some in known for n in which if n in some), None) for which in names]
     bare = {o for p, o in zip(part, facing, strict=True) if own[p] is None and given[p] is None}
     taken = {*painted, *bare, *(name for some in known for name in some)}
@@ -33,7 +32,7 @@ def surface_names(part: np.ndarray, names: list[tuple[str, ...]], given: list[np
 
 
 def _free(name: str, rgb: tuple[float, ...], taken: set[str], colours: dict[str, tuple[float, ...]]) -> str:
-    """The name, numbered where another surface or another colour has it; it is put among the colours."""
+    """The name, with a number where another surface or colour has it; it is added to `colours`."""
     wanted, number = name, 1
     while name in taken or colours.get(name, rgb) != rgb:
         number += 1

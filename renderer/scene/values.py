@@ -1,4 +1,4 @@
-"""The table of a scene with other values: "materials.red.munsell" = "5R 4/14"."""
+"""Changes of a scene's table by dotted keys, as "materials.red.munsell" = "5R 4/14"."""
 
 import copy
 import difflib
@@ -12,19 +12,18 @@ from renderer.errors import InputError
 from renderer.system.input_files import MAX_DEPTH, refuse_excess
 from renderer.system.text import quoted
 
-INSTEAD = (("reflectance", "spectrum", "rgb", "srgb", "munsell", "lrv"), ("spectrum", "cct"),
-           ("flux", "luminance", "intensity"), ("center", "position"))
-"""Keys of a scene of which one takes another's place."""
-REFERRING = ("spectrum", "mesh", "file")
-"""Keys whose value may name a file."""
+ALTERNATIVE_KEYS = (("reflectance", "spectrum", "rgb", "srgb", "munsell", "lrv"), ("spectrum", "cct"),
+                    ("flux", "luminance", "intensity"), ("center", "position"))
+"""Groups of keys that exclude each other: setting one removes the others of its group."""
 
 
 def table_with(table: dict, values: Mapping[str, object], path: Path) -> dict:
-    """A copy of a scene's table with other values; one takes the place of what says the same in another way.
+    """A copy of a scene's table with other values, each of which removes its alternatives.
 
     values : by dotted key, as "luminaires.0.flux"; None removes a key
-    path : what names the scene, for the message
-    Raises InputError for a key whose place is not in the table.
+    path : of the scene, for messages
+
+    Raises InputError for a key that the table has no place for.
     """
     table = copy.deepcopy(table)
     for key, value in values.items():
@@ -41,7 +40,7 @@ def table_with(table: dict, values: Mapping[str, object], path: Path) -> dict:
         if isinstance(place, list) and last.isdecimal() and int(last) < len(place):
             place[int(last)] = copy.deepcopy(value)
         elif isinstance(place, dict):
-            for group in INSTEAD:
+            for group in ALTERNATIVE_KEYS:
                 if last in group:
                     for other in group:
                         place.pop(other, None)
@@ -55,7 +54,7 @@ def table_with(table: dict, values: Mapping[str, object], path: Path) -> dict:
 
 
 def plain_table(table: Mapping, where: str) -> dict:
-    """A copy of a table as a TOML file would give it: dicts, lists, strings, numbers. Raises InputError."""
+    """A copy of a table in the types of TOML: dicts, lists, strings, numbers. Raises InputError."""
     plain = _plain(table, where, 0)
     refuse_excess(plain, where)
     return plain
@@ -80,14 +79,14 @@ def _plain(value, where: str, depth: int):
 
 
 def replaces(one: str, other: str) -> bool:
-    """Whether what one dotted key sets is lost when the other is set."""
+    """Whether setting the other dotted key undoes the one."""
     (place, _, last), (its, _, name) = one.rpartition("."), other.rpartition(".")
-    instead = place == its and any({last, name} <= set(group) for group in INSTEAD)
+    instead = place == its and any({last, name} <= set(group) for group in ALTERNATIVE_KEYS)
     return instead or f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 
 def files_named(item) -> list[str]:
-    """What keys that may name a file say in a table, or in a study's dotted keys, each once."""
+    """Values, each once, of the keys that may name a file in a table or in a study's dotted keys."""
     found, todo = {}, [("", item)]
     while todo:
         key, value = todo.pop()
@@ -95,13 +94,13 @@ def files_named(item) -> list[str]:
             todo += [(str(name).rpartition(".")[2], inner) for name, inner in value.items()]
         elif isinstance(value, list):
             todo += [(key, inner) for inner in value]
-        elif isinstance(value, str) and key in REFERRING:
-            found[value] = found[value.partition("#")[0]] = None  # a column of it after #
+        elif isinstance(value, str) and key in ("spectrum", "mesh", "file"):
+            found[value] = found[value.partition("#")[0]] = None  # "#" precedes a column of the file
     return list(found)
 
 
 def close_to(word: str, known) -> str:
-    """The known word that is spelt most like one, as the beginning of a sentence; else nothing."""
+    """The known word of the most similar spelling, as the beginning of a sentence; "" for none."""
     near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
     return f"did you mean {near[0]!r}? " if near else ""
 

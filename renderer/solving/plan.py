@@ -7,7 +7,7 @@ import trimesh
 
 from renderer.errors import InputError
 from renderer.scene.flat import Parts
-from renderer.scene.mounting import MOUNTED
+from renderer.scene.mounting import MAX_MOUNTING_GAP
 from renderer.scene.scene import Scene
 
 PATCHES_AT_1_PERCENT = 1280
@@ -142,7 +142,7 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
                        "room or there twice takes no part")
     if len(free) < len(scene.faces):
         reasons.append("luminaires mounted on a surface cover it; the light in a gap below "
-                       f"{MOUNTED:.1%} of their size is left out")
+                       f"{MAX_MOUNTING_GAP:.1%} of their size is left out")
     return Plan(h, rays, tuple(reasons), accuracy=accuracy)
 
 

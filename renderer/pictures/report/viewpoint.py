@@ -4,8 +4,8 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.pictures.camera import View, look
+from renderer.scene.meter_tables import CameraTable
 from renderer.scene.scene import Scene
-from renderer.scene.schema import CameraTable
 from renderer.transport.transport import Transport
 
 EYE_HEIGHT = 0.55

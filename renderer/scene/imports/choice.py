@@ -1,4 +1,4 @@
-"""Which room of a file a scene is made of, and what may stand in it."""
+"""The choice of the room of a file that becomes a scene, and of the things that may stand in it."""
 
 import re
 from dataclasses import replace
@@ -6,16 +6,19 @@ from dataclasses import replace
 import numpy as np
 
 from renderer.errors import InputError
-from renderer.scene.imports.draft import listed
-from renderer.scene.imports.record import Face, Imported, Space, Thing
+from renderer.scene.imports.draft import listed_names
+from renderer.scene.imports.record import Imported, ImportedFace, Space, Thing
 from renderer.scene.imports.sorting import sorted_faces
 from renderer.scene.imports.toml_text import clean
 
 
 def rooms_and_things(found: Imported, chosen: str | None) -> tuple[list[Space], list[Thing], list[str]]:
-    """The rooms that a scene may be made of, the likeliest first; what may stand in it; notes on both.
+    """The rooms that may become a scene, the most likely first; the things that may stand in it; notes on
+    both.
 
-    chosen : the name of the only one. Raises InputError.
+    chosen : name of the only room; None for all
+
+    Raises InputError.
     """
     spaces, things, notes = found.spaces, list(found.things), []
     if not spaces:
@@ -31,13 +34,14 @@ def rooms_and_things(found: Imported, chosen: str | None) -> tuple[list[Space], 
     if chosen is not None:
         one = [space for space in spaces if space.name == chosen]
         if not one:
-            raise InputError(f"--room is {chosen!r}; must be one of {listed([s.name for s in spaces])}.")
+            names = listed_names([space.name for space in spaces])
+            raise InputError(f"--room is {chosen!r}; must be one of {names}.")
         return one, things, notes
     return sorted(spaces, key=lambda each: _worth(each, found, things), reverse=True), things, notes
 
 
 def _worth(space: Space, found: Imported, things: list[Thing]) -> tuple[bool, bool, float]:
-    """What makes a room the one that a scene is made of: a lamp in it, furniture in it, its size."""
+    """Sort key of rooms: a lamp in the room, furniture in it, its size."""
     points = np.concatenate([face.rings[0] for face in space.faces])
     low, high = points.min(axis=0), points.max(axis=0)
 
@@ -48,15 +52,15 @@ def _worth(space: Space, found: Imported, things: list[Thing]) -> tuple[bool, bo
             holds(points_of(thing).mean(axis=0) for thing in things), float(np.prod(high - low)))
 
 
-def _box_around(things: list[Thing]) -> list[Face]:
-    """A box with room for things: 1 m on every side, and at least 2.5 m high."""
+def _box_around(things: list[Thing]) -> list[ImportedFace]:
+    """A box around things, with 1 m at each side and at least 2.5 m high."""
     points = np.concatenate([points_of(thing) for thing in things])
     low, high = points.min(axis=0) - (1, 1, 0), points.max(axis=0) + (1, 1, 1)
     high[2] = max(high[2], low[2] + 2.5)
     corners = np.array([[x, y, z] for z in (low[2], high[2]) for x, y in
                         ((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1]))])
     sides = [[0, 1, 2, 3], [4, 5, 6, 7]] + [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
-    return [Face((corners[side],), kind=kind) for side, kind in
+    return [ImportedFace((corners[side],), kind=kind) for side, kind in
             zip(sides, ["floor", "ceiling", *["walls"] * 4], strict=True)]
 
 
@@ -67,7 +71,7 @@ def points_of(thing: Thing) -> np.ndarray:
 
 
 def renamed_finishes(found: Imported) -> Imported:
-    """The same with finishes by names that an OBJ file can hold, each once."""
+    """The file's contents with finishes renamed to distinct names that an OBJ file can hold."""
     names: dict[str, str] = {}
     for name in found.finishes:
         plain = re.sub(r"[^\w.\-]+", "_", clean(name, 60)).strip("_") or "material"
@@ -75,7 +79,7 @@ def renamed_finishes(found: Imported) -> Imported:
             plain += "_2"
         names[name] = plain
 
-    def renamed(faces: list[Face]) -> list[Face]:
+    def renamed(faces: list[ImportedFace]) -> list[ImportedFace]:
         return [replace(face, finish=names.get(face.finish, "")) for face in faces]
 
     return replace(

@@ -1,18 +1,23 @@
-"""A scene file in the making, and the files that go beside it."""
+"""A scene file before it is complete, and the files that go beside it."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from renderer.scene.imports.record import Finish
-from renderer.scene.imports.shape import Shape
+from renderer.scene.imports.record import ImportedFinish
+from renderer.scene.imports.shape import RoomShape
 from renderer.scene.imports.toml_text import clean
 from renderer.system.files import whole_file
 
 
 @dataclass
 class Written:
-    """What was written. files : the scene's first; rooms : names of all rooms in the file; room : the one
-    taken; not_carried, notes : in sentences."""
+    """A scene that was written.
+
+    files : all written files, the scene's first
+    room : name of the room in the scene
+    rooms : names of all rooms in the source file
+    not_carried, notes : sentences
+    """
 
     files: list[Path]
     room: str = ""
@@ -23,11 +28,11 @@ class Written:
 
 @dataclass
 class Draft:
-    """A scene file in the making; folder : that of its meshes, made when the first is written."""
+    """A scene file before it is complete; folder : of its meshes, created with the first of them."""
 
     target: Path
-    shape: Shape
-    finishes: dict[str, Finish]
+    shape: RoomShape
+    finishes: dict[str, ImportedFinish]
     written: Written
 
     @property
@@ -35,7 +40,7 @@ class Draft:
         return self.target.with_name(f"{self.target.stem}_parts")
 
     def remove(self, mesh: str | None) -> None:
-        """Remove a mesh that the scene does not take after all."""
+        """Remove a mesh that the scene does not use."""
         if mesh is not None:
             path = self.target.parent / mesh
             path.unlink(missing_ok=True)
@@ -58,7 +63,7 @@ class Draft:
         return f"{self.folder.name}/{name}"
 
 
-def listed(names: list[str]) -> str:
-    """Names as a message shows them."""
+def listed_names(names: list[str]) -> str:
+    """Names as text for a message, at most twelve."""
     shown = [repr(clean(name)) for name in names[:12]]
     return ", ".join(shown) + (f" and {len(names) - 12} more" if len(names) > 12 else "")

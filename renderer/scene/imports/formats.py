@@ -1,4 +1,4 @@
-"""Which reader takes a file of another program, and every refusal of one that cannot be read."""
+"""The reader for each file format of other programs, and the refusals of unreadable files."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,29 +10,29 @@ from renderer.scene.imports import gbxml, hbjson, ifc, models, radiance
 from renderer.scene.imports.draft import Written
 from renderer.scene.imports.record import Imported, NotImported
 from renderer.scene.imports.write import write_scene
-from renderer.scene.model_files.read import FARTHEST
+from renderer.scene.model_files.read import MAX_COORDINATE_M, MODEL_FORMATS
 from renderer.system.input_files import read_input
 
-READERS: dict[str, Callable[[Path, bytes], Imported]] = {
+READER_BY_SUFFIX: dict[str, Callable[[Path, bytes], Imported]] = {
     ".ifc": ifc.read_ifc, ".hbjson": hbjson.read_hbjson, ".json": hbjson.read_hbjson,
     ".gbxml": gbxml.read_gbxml, ".xml": gbxml.read_gbxml, ".rad": radiance.read_radiance,
-    **dict.fromkeys(models.SUFFIXES, models.read_models)}
-"""By the file's suffix in small letters."""
-KNOWN = "IFC (.ifc), HBJSON, gbXML (.xml, .gbxml), Radiance (.rad), OBJ, glTF (.gltf, .glb), PLY, STL, " \
-    "COLLADA (.dae) or 3MF"
+    **{f".{kind}": models.read_models for kind in MODEL_FORMATS}}
+"""Readers by the file's suffix in lower case."""
 
 
 def import_file(source: Path, target: Path, room: str | None = None) -> Written:
-    """Write a scene of a file of another program. Raises InputError.
+    """Write a scene from a file of another program. Raises InputError.
 
     target : the scene file to write; meshes and photometric files go to a folder beside it
-    room : the name of the room to take; else the largest of those with lamps, or with furniture
+    room : name of the room for the scene; None for the largest of those with lamps, or with furniture
     """
-    reader = READERS.get(source.suffix.lower())
+    reader = READER_BY_SUFFIX.get(source.suffix.lower())
     if reader is None:
-        raise InputError(f"FILE is {str(source)!r}; must be {KNOWN}. Export it as one of these.")
+        raise InputError(f"FILE is {str(source)!r}; must be IFC (.ifc), HBJSON, gbXML (.xml, .gbxml), "
+                         "Radiance (.rad), OBJ, glTF (.gltf, .glb), PLY, STL, COLLADA (.dae) or 3MF. Export "
+                         "it as one of these.")
     data = read_input(source, "model", "FILE")
-    with np.errstate(all="ignore"):  # faces without area, which are left out where it matters
+    with np.errstate(all="ignore"):  # faces without area divide by 0; they are left out later
         try:
             found = reader(source, data)
             _refuse_far(found)
@@ -42,13 +42,13 @@ def import_file(source: Path, target: Path, room: str | None = None) -> Written:
 
 
 def _refuse_far(found: Imported) -> None:
-    """Raise NotImported where a corner is no finite place, or is too far away."""
+    """Raise NotImported for a corner that is not finite or too far from the origin."""
     faces = [face for _, face in found.faces]
     faces += [face for each in (*found.spaces, *found.things) for face in each.faces]
     points = [ring for face in faces for ring in face.rings]
     points += [thing.ball for thing in found.things if thing.ball is not None]
     points += [lamp.center for lamp in found.lamps]
     farthest = max((np.abs(part).max() for part in points), default=0.0)
-    if not farthest <= FARTHEST:
-        raise NotImported(f"reaches {farthest:.3g} m from its origin; at most {FARTHEST:g} m is allowed. "
-                          "Export it nearer, or in its right unit")
+    if not farthest <= MAX_COORDINATE_M:
+        raise NotImported(f"reaches {farthest:.3g} m from its origin; at most {MAX_COORDINATE_M:g} m is "
+                          "allowed. Export it nearer, or in its right unit")

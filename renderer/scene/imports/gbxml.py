@@ -1,28 +1,26 @@
-"""gbXML, the rooms of energy models (www.gbxml.org): spaces, surfaces, reflectances of constructions."""
+"""Files of gbXML, the rooms of energy models (www.gbxml.org): spaces, surfaces, reflectances of
+constructions."""
 
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
 
-from renderer.scene.imports.record import Face, Finish, Imported, NotImported, Space
+from renderer.scene.imports.record import Imported, ImportedFace, ImportedFinish, NotImported, Space
 from renderer.scene.imports.sorting import encloses
 from renderer.scene.model_files.record import Unreadable
 from renderer.scene.model_files.xml_safety import refuse_entities
 
-UNITS = {"Meters": 1.0, "Kilometers": 1000.0, "Centimeters": 0.01, "Millimeters": 0.001, "Feet": 0.3048,
-         "Inches": 0.0254, "Yards": 0.9144, "Miles": 1609.344}
-KINDS = {"Ceiling": "ceiling", "Roof": "ceiling", "UndergroundCeiling": "ceiling", "SlabOnGrade": "floor",
-         "UndergroundSlab": "floor", "RaisedFloor": "floor", "ExposedFloor": "floor", "InteriorWall": "walls",
-         "ExteriorWall": "walls", "UndergroundWall": "walls", "Air": "walls"}
-"""What surfaces of each surfaceType are; an InteriorFloor is the floor of one space and the ceiling of
-another, so its place tells."""
-VISIBLE = ("IntVisible", "ExtVisible")
-"""Types of Reflectance that are of light; of both, the inner goes before."""
+SURFACE_KINDS = {
+    "Ceiling": "ceiling", "Roof": "ceiling", "UndergroundCeiling": "ceiling", "SlabOnGrade": "floor",
+    "UndergroundSlab": "floor", "RaisedFloor": "floor", "ExposedFloor": "floor", "InteriorWall": "walls",
+    "ExteriorWall": "walls", "UndergroundWall": "walls", "Air": "walls"}
+"""Kind of face for each surfaceType. An InteriorFloor is missing: it is the floor of one space and the
+ceiling of another, and its place decides."""
 
 
 def read_gbxml(path: Path, data: bytes) -> Imported:
-    """A gbXML file. Raises NotImported."""
+    """Read a gbXML file. Raises NotImported."""
     try:
         refuse_entities(data)
         root = ElementTree.fromstring(data)
@@ -39,13 +37,15 @@ def read_gbxml(path: Path, data: bytes) -> Imported:
 
 
 class _File:
-    """A file's elements; scale : metres in its unit of length."""
+    """A file's elements; scale : metres in the file's unit of length."""
 
     def __init__(self, root, path: Path):
         units = root.get("lengthUnit", "Meters")
-        if units not in UNITS:
-            raise NotImported(f"has the lengthUnit {units[:40]!r}; known are {', '.join(UNITS)}")
-        self.root, self.scale = root, UNITS[units]
+        metres = {"Meters": 1.0, "Kilometers": 1000.0, "Centimeters": 0.01, "Millimeters": 0.001,
+                  "Feet": 0.3048, "Inches": 0.0254, "Yards": 0.9144, "Miles": 1609.344}
+        if units not in metres:
+            raise NotImported(f"has the lengthUnit {units[:40]!r}; known are {', '.join(metres)}")
+        self.root, self.scale = root, metres[units]
         self.found = Imported(_text(root.find("Campus/Building/Name")) or _text(root.find("Campus/Name"))
                               or path.stem)
         self.constructions = {item.get("id"): item for item in root.iter("Construction")}
@@ -53,7 +53,7 @@ class _File:
         self.openings = self.air = self.solar = 0
 
     def read(self) -> Imported:
-        """All of the file."""
+        """The contents of the file."""
         names = set()
         for space in self.root.iter("Space"):
             name = _text(space.find("Name")) or space.get("id") or "space"
@@ -70,8 +70,9 @@ class _File:
         self._left_out()
         return self.found
 
-    def _faces(self, space) -> list[Face]:
-        """The faces around a space: its own boundaries, else the surfaces beside it, else its shell."""
+    def _faces(self, space) -> list[ImportedFace]:
+        """The faces around a space: the first of its boundaries, its shell and the surfaces beside it that
+        close."""
         boundaries = [(self.surfaces.get(item.get("surfaceIdRef")), item)
                       for item in space.findall("SpaceBoundary")]
         beside = [(surface, surface) for surface in self.surfaces.values()
@@ -81,7 +82,7 @@ class _File:
             self.air += surface.get("surfaceType") == "Air"
         shell = space.find("ShellGeometry/ClosedShell")
         loops = [] if shell is None else [(None, item) for item in shell.findall("PolyLoop")]
-        first: list[Face] = []
+        first: list[ImportedFace] = []
         for chosen in (boundaries, loops, beside):
             faces = [face for surface, item in chosen for face in self._face(surface, item)]
             if len(faces) >= 4 and encloses(faces):
@@ -89,7 +90,7 @@ class _File:
             first = first or faces
         return self._with_finishes(first, beside) if len(first) >= 4 else []
 
-    def _face(self, surface, item) -> list[Face]:
+    def _face(self, surface, item) -> list[ImportedFace]:
         loop = item if item.tag == "PolyLoop" else item.find("PlanarGeometry/PolyLoop")
         if loop is None:
             return []
@@ -102,11 +103,11 @@ class _File:
                               ) from None
         if len(ring) < 3 or not np.isfinite(ring).all() or np.abs(ring).max() > 1e9:
             raise NotImported("has a PolyLoop with fewer than three points, or one that is not finite")
-        kind = "" if surface is None else KINDS.get(surface.get("surfaceType"), "")
-        return [Face((ring,), "" if surface is None else self._finish(surface), kind)]
+        kind = "" if surface is None else SURFACE_KINDS.get(surface.get("surfaceType"), "")
+        return [ImportedFace((ring,), "" if surface is None else self._finish(surface), kind)]
 
-    def _with_finishes(self, faces: list[Face], beside: list) -> list[Face]:
-        """Faces of a shell, which names no surface, with the finish of the surface in the same place."""
+    def _with_finishes(self, faces: list[ImportedFace], beside: list) -> list[ImportedFace]:
+        """Faces of a shell, which refers to no surface, with the finish of the surface in the same place."""
         if all(face.finish or face.kind for face in faces):
             return faces
         known = [face for surface, item in beside for face in self._face(surface, item)]
@@ -115,20 +116,23 @@ class _File:
             middle, extent = face.rings[0].mean(axis=0), np.ptp(face.rings[0], axis=0).max()
             same = [k for k in known if np.linalg.norm(k.rings[0].mean(axis=0) - middle) < 0.05 * extent]
             result.append(face if face.finish or not same else
-                          Face(face.rings, same[0].finish, face.kind or same[0].kind))
+                          ImportedFace(face.rings, same[0].finish, face.kind or same[0].kind))
         return result
 
     def _finish(self, surface) -> str:
-        """The name of the finish of a surface's construction, where that states a reflectance of light."""
+        """Name of the finish of a surface's construction; "" for one without a reflectance of visible
+        light."""
         item = self.constructions.get(surface.get("constructionIdRef"))
+        visible = ("IntVisible", "ExtVisible")  # the inner side before the outer
         places = [surface] if item is None else [surface, item]
         for place in places:
             given = {each.get("type"): each for each in place.findall("Reflectance")}
-            self.solar += any(kind not in VISIBLE for kind in given)
-            for kind in VISIBLE:
+            self.solar += any(kind not in visible for kind in given)
+            for kind in visible:
                 if kind in given:
                     name = _text(place.find("Name")) or place.get("id")
-                    self.found.finishes.setdefault(name, Finish(name, _share(given[kind]), remark=kind))
+                    finish = ImportedFinish(name, _share(given[kind]), remark=kind)
+                    self.found.finishes.setdefault(name, finish)
                     return name
         return ""
 
@@ -155,7 +159,7 @@ def _text(element) -> str:
 
 
 def _share(element) -> float:
-    """A Reflectance from 0 to 1; many files call what is a fraction a percentage."""
+    """A Reflectance as a fraction. Many files give a fraction the unit Percent. Raises NotImported."""
     try:
         number = float(_text(element))
     except ValueError:

@@ -1,6 +1,6 @@
-"""HBJSON, the models of Honeybee (Ladybug Tools): rooms, their faces' Radiance modifiers, shades.
+"""HBJSON files, the models of Honeybee (Ladybug Tools): rooms, the Radiance modifiers of their faces, shades.
 
-Read as plain JSON by the published schema (honeybee-schema, "Model"); nothing of Honeybee is needed.
+They are read as plain JSON by the published schema (honeybee-schema, "Model"), without Honeybee.
 """
 
 import json
@@ -9,17 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from renderer.scene.imports.modifiers import finish_of_modifier
-from renderer.scene.imports.record import Face, Finish, Imported, NotImported, Space, Thing
+from renderer.scene.imports.record import Imported, ImportedFace, ImportedFinish, NotImported, Space, Thing
 
-UNITS = {"Meters": 1.0, "Millimeters": 0.001, "Centimeters": 0.01, "Feet": 0.3048, "Inches": 0.0254}
-KINDS = {"Wall": "walls", "Floor": "floor", "RoofCeiling": "ceiling", "AirBoundary": "walls"}
-SETS = {"Wall": "wall_set", "Floor": "floor_set", "RoofCeiling": "roof_ceiling_set"}
-GENERIC = {"Wall": 0.5, "Floor": 0.2, "RoofCeiling": 0.8}
-"""Honeybee's own generic modifiers, which faces have that name none."""
+FACE_KINDS = {"Wall": "walls", "Floor": "floor", "RoofCeiling": "ceiling", "AirBoundary": "walls"}
 
 
 def read_hbjson(path: Path, data: bytes) -> Imported:
-    """A model of Honeybee. Raises NotImported."""
+    """Read a model of Honeybee. Raises NotImported."""
     try:
         model = json.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as fault:
@@ -29,19 +25,20 @@ def read_hbjson(path: Path, data: bytes) -> Imported:
     try:
         return _Model(model, path).read()
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as fault:
-        raise NotImported("does not follow the schema of HBJSON models "
-                          f"({type(fault).__name__}: {' '.join(str(fault).split())[:80]}); export it again"
+        raise NotImported(f"does not follow the schema of HBJSON models ({type(fault).__name__}: "
+                          f"{' '.join(str(fault).split())[:80]}); export it again"
                           ) from None
 
 
 class _Model:
-    """A model's tables; `scale` [m] is that of its unit."""
+    """A model's tables; scale : metres in the model's unit of length."""
 
     def __init__(self, model: dict, path: Path):
         units = model.get("units", "Meters")
-        if units not in UNITS:
-            raise NotImported(f"has the units {units!r}; known are {', '.join(UNITS)}")
-        self.model, self.scale = model, UNITS[units]
+        metres = {"Meters": 1.0, "Millimeters": 0.001, "Centimeters": 0.01, "Feet": 0.3048, "Inches": 0.0254}
+        if units not in metres:
+            raise NotImported(f"has the units {units!r}; known are {', '.join(metres)}")
+        self.model, self.scale = model, metres[units]
         self.radiance = (model.get("properties") or {}).get("radiance") or {}
         self.modifiers = {m["identifier"]: m for m in self.radiance.get("modifiers") or []}
         self.sets = {s["identifier"]: s for s in self.radiance.get("modifier_sets") or []}
@@ -49,7 +46,7 @@ class _Model:
         self.apertures = self.doors = self.air = 0
 
     def read(self) -> Imported:
-        """All of the model."""
+        """The contents of the model."""
         names = set()
         for room in self.model.get("rooms") or []:
             name = room.get("display_name") or room["identifier"]
@@ -80,21 +77,22 @@ class _Model:
     def _rings(self, geometry: dict) -> tuple[np.ndarray, ...]:
         return tuple(self._points(ring) for ring in (geometry["boundary"], *(geometry.get("holes") or ())))
 
-    def _face(self, face: dict, room: dict) -> Face:
+    def _face(self, face: dict, room: dict) -> ImportedFace:
         self.apertures += len(face.get("apertures") or ())
         self.doors += len(face.get("doors") or ())
         kind = face.get("face_type", "Wall")
         self.air += kind == "AirBoundary"
         own = ((face.get("properties") or {}).get("radiance") or {}).get("modifier")
-        return Face(self._rings(face["geometry"]), self._finish(own or self._of_set(room, kind, face), kind),
-                    KINDS.get(kind, ""))
+        finish = self._finish(own or self._of_set(room, kind, face), kind)
+        return ImportedFace(self._rings(face["geometry"]), finish, FACE_KINDS.get(kind, ""))
 
     def _of_set(self, room: dict, kind: str, face: dict):
-        """The modifier of a kind of face by the room's set, else the model's."""
+        """The modifier of a kind of face in the room's set, else in the model's."""
+        sets = {"Wall": "wall_set", "Floor": "floor_set", "RoofCeiling": "roof_ceiling_set"}
         name = ((room.get("properties") or {}).get("radiance") or {}).get("modifier_set")
         for chosen in (name, self.radiance.get("global_modifier_set")):
             table = chosen if isinstance(chosen, dict) else self.sets.get(chosen, {})
-            of_kind = table.get(SETS.get(kind, "")) or {}
+            of_kind = table.get(sets.get(kind, "")) or {}
             outdoors = (face.get("boundary_condition") or {}).get("type") in ("Outdoors", "Ground")
             for side in (("exterior", "interior") if outdoors else ("interior", "exterior")):
                 if of_kind.get(f"{side}_modifier"):
@@ -102,14 +100,16 @@ class _Model:
         return None
 
     def _finish(self, modifier, kind: str) -> str:
-        """The name of a modifier's finish; of none, that of Honeybee's generic one."""
+        """Name of a modifier's finish; for None that of Honeybee's generic modifier of the kind of face."""
         if isinstance(modifier, str):
             modifier = self.modifiers.get(modifier)
         if modifier is None:
-            if kind not in GENERIC:
+            generic = {"Wall": 0.5, "Floor": 0.2, "RoofCeiling": 0.8}
+            if kind not in generic:
                 return ""
-            name = f"generic_{KINDS[kind]}"
-            self.found.finishes[name] = Finish(name, GENERIC[kind], remark="Honeybee's generic modifier")
+            name = f"generic_{FACE_KINDS[kind]}"
+            self.found.finishes[name] = ImportedFinish(name, generic[kind],
+                                                       remark="Honeybee's generic modifier")
             return name
         name = str(modifier["identifier"])
         if name not in self.found.finishes:
@@ -119,7 +119,7 @@ class _Model:
     def _shade(self, shade: dict) -> None:
         own = ((shade.get("properties") or {}).get("radiance") or {}).get("modifier")
         name = shade.get("display_name") or shade["identifier"]
-        self.found.things.append(Thing(str(name), [Face(self._rings(shade["geometry"]),
+        self.found.things.append(Thing(str(name), [ImportedFace(self._rings(shade["geometry"]),
                                                         self._finish(own, ""))]))
 
     def _mesh(self, mesh: dict) -> None:
@@ -130,11 +130,11 @@ class _Model:
         for index in geometry["faces"]:
             if min(index) < 0 or max(index) >= len(vertices):
                 raise NotImported("has a mesh whose face names a vertex that it does not hold")
-            faces.append(Face((vertices[list(index)],), finish))
+            faces.append(ImportedFace((vertices[list(index)],), finish))
         self.found.things.append(Thing(str(mesh.get("display_name") or mesh["identifier"]), faces))
 
     def _left_out(self) -> None:
-        """List what a scene of this program has no place for."""
+        """List the contents that a scene cannot hold."""
         lost, radiance = self.found.not_carried, self.radiance
         if self.apertures:
             lost.append(f"{_count(self.apertures, 'aperture')}: the wall around goes on over them")

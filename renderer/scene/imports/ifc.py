@@ -1,6 +1,6 @@
-"""IFC, the building models of architects: spaces, furniture and light fixtures, by ifcopenshell (LGPL).
+"""IFC files, the building models of architects: spaces, furniture and light fixtures, by ifcopenshell (LGPL).
 
-ifcopenshell reads in a process of its own: what stops that (a faulty file can) is one sentence here.
+ifcopenshell reads in a process of its own, so that a faulty file can end only that process.
 """
 
 import pickle
@@ -12,22 +12,20 @@ from pathlib import Path
 
 from renderer.scene.imports.record import Imported, NotImported
 
-MINUTES = 30
-"""How long reading may take."""
-
 
 def read_ifc(path: Path, _data: bytes) -> Imported:
-    """An IFC file. Raises NotImported."""
+    """Read an IFC file. Raises NotImported."""
     if find_spec("ifcopenshell") is None:
         raise NotImported('is IFC, which the package ifcopenshell reads; install it with '
                           'pip install "spectral-radiosity[import]"')
+    minutes = 30  # time limit
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "read.pickle"
         command = [sys.executable, "-m", "renderer.scene.imports.ifc", str(path.resolve()), str(result)]
         try:
-            done = subprocess.run(command, capture_output=True, timeout=60 * MINUTES, check=False)
+            done = subprocess.run(command, capture_output=True, timeout=60 * minutes, check=False)
         except subprocess.TimeoutExpired:
-            raise NotImported(f"took more than {MINUTES} minutes to read; export one storey of it") from None
+            raise NotImported(f"took more than {minutes} minutes to read; export one storey of it") from None
         if done.returncode != 0 or not result.exists():
             said = (done.stderr.decode(errors="replace").strip().splitlines() or ["it stopped"])[-1]
             raise NotImported(f"cannot be read by ifcopenshell ({' '.join(said.split())[:120]}); export it "
@@ -39,11 +37,11 @@ def read_ifc(path: Path, _data: bytes) -> Imported:
 
 
 def _main() -> None:
-    from renderer.scene.imports.ifc_model import read_model
+    from renderer.scene.imports.ifc_model import read_ifc_model
 
     source, target = map(Path, sys.argv[1:3])
     try:
-        found = read_model(source)
+        found = read_ifc_model(source)
     except NotImported as fault:
         found = str(fault)
     target.write_bytes(pickle.dumps(found))

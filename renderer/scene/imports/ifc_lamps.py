@@ -1,5 +1,5 @@
-"""Light fixtures of an IFC file: their light sources where they have any, else their extent and what their
-properties say."""
+"""Light fixtures of an IFC file as luminaires, from their light sources, else from their extent and
+properties."""
 
 import re
 from pathlib import Path
@@ -7,18 +7,20 @@ from pathlib import Path
 import numpy as np
 
 from renderer.scene.imports.photometric_file import photometric_file
-from renderer.scene.imports.record import Lamp
+from renderer.scene.imports.record import ImportedLamp
 
-FLUX, EFFICACY = 3000.0, 100.0
-"""Assumed where a fixture states no luminous flux [lm]; lumens per watt where it states its power."""
-MIN_PANEL = 0.02
-"""Least side of the luminous face that is assumed for a fixture [m]."""
-PHOTOMETRIC = re.compile(r"[^\s\"'<>|]+\.(?:ies|ldt)\b", re.IGNORECASE)
+ASSUMED_FLUX_LM = 3000.0
+"""Luminous flux [lm] of a fixture without a stated one."""
 
 
-def lamps_of(model, fixtures: list, boxes: dict[int, np.ndarray], path: Path, not_carried: list[str]
-             ) -> list[Lamp]:
-    """Luminaires of light fixtures. boxes : extents (2, 3) [m] by the fixtures' numbers."""
+def fixture_lamps(model, fixtures: list, boxes: dict[int, np.ndarray], path: Path, not_carried: list[str]
+             ) -> list[ImportedLamp]:
+    """The luminaires of light fixtures.
+
+    boxes : extents (2, 3) [m] by the fixtures' numbers
+    path : of the IFC file
+    not_carried : list that takes sentences about what is left out
+    """
     import ifcopenshell.util.unit
 
     scale = ifcopenshell.util.unit.calculate_unit_scale(model)
@@ -41,7 +43,7 @@ def lamps_of(model, fixtures: list, boxes: dict[int, np.ndarray], path: Path, no
 
 
 def _turn(fixture, scale: float) -> np.ndarray:
-    """Where a fixture stands (4, 4) [m]."""
+    """The placement (4, 4) [m] of a fixture."""
     from ifcopenshell.util.placement import get_local_placement
 
     turn = np.array(get_local_placement(fixture.ObjectPlacement), dtype=float) if fixture.ObjectPlacement \
@@ -51,7 +53,7 @@ def _turn(fixture, scale: float) -> np.ndarray:
 
 
 def _sources(fixture, scale: float):
-    """Light sources in a fixture's representations, each with where it stands (4, 4) [m]."""
+    """Light sources in a fixture's representations, each with its placement (4, 4) [m]."""
     from ifcopenshell.util.placement import get_mappeditem_transformation
 
     def below(items, turn):
@@ -68,7 +70,7 @@ def _sources(fixture, scale: float):
 
 
 def _of_source(name: str, source, turn: np.ndarray, scale: float, file: Path | None, path: Path,
-               not_carried: list[str]) -> Lamp:
+               not_carried: list[str]) -> ImportedLamp:
     from ifcopenshell.util.placement import get_axis2placement
 
     position = getattr(source, "Position", None)
@@ -92,28 +94,31 @@ def _of_source(name: str, source, turn: np.ndarray, scale: float, file: Path | N
     elif data is not None:
         not_carried.append(f"the light distribution written inside the file, of {name!r}")
     if file is not None:
-        return Lamp(name, "ies", center, normal, up, flux=float(flux) if flux else None, file=file, cct=cct)
-    remark = "" if flux else f"the file gives no luminous flux: {FLUX:g} lm assumed"
-    return Lamp(name, "point", center, flux=float(flux or FLUX), cct=cct, remark=remark)
+        return ImportedLamp(name, "ies", center, normal, up, flux=float(flux) if flux else None, file=file,
+                            cct=cct)
+    remark = "" if flux else f"the file gives no luminous flux: {ASSUMED_FLUX_LM:g} lm assumed"
+    return ImportedLamp(name, "point", center, flux=float(flux or ASSUMED_FLUX_LM), cct=cct, remark=remark)
 
 
 def _of_extent(name: str, box: np.ndarray, says: dict[str, object], file: Path | None,
-               turn: np.ndarray) -> Lamp:
-    """A panel on the underside of a fixture, or its photometric file there."""
+               turn: np.ndarray) -> ImportedLamp:
+    """A panel on the underside of a fixture, at least 2 cm wide, or a luminaire with its photometric file
+    there."""
     low, high = box
     center = np.array([*(low + high)[:2] / 2, low[2]])
     flux, remark = _flux(says)
     cct = next((float(v) for k, v in says.items() if re.search(r"colou?r ?temperature", k, re.IGNORECASE)
                 and isinstance(v, (int, float)) and 1000 <= v <= 25000), None)
     if file is not None:
-        return Lamp(name, "ies", center, np.array([0, 0, -1.0]), np.array([*turn[:2, 0], 0.0])
+        return ImportedLamp(name, "ies", center, np.array([0, 0, -1.0]), np.array([*turn[:2, 0], 0.0])
                     if np.linalg.norm(turn[:2, 0]) > 0.1 else np.array([1.0, 0, 0]), file=file, cct=cct)
-    size = np.maximum((high - low)[:2], MIN_PANEL)
-    return Lamp(name, "rectangle", center, np.array([0, 0, -1.0]), np.array([1.0, 0, 0]),
+    size = np.maximum((high - low)[:2], 0.02)
+    return ImportedLamp(name, "rectangle", center, np.array([0, 0, -1.0]), np.array([1.0, 0, 0]),
                 (float(size[0]), float(size[1])), flux=flux, cct=cct, remark=remark)
 
 
 def _flux(says: dict[str, object]) -> tuple[float, str]:
+    """Luminous flux [lm] by a fixture's properties, and a remark where it is assumed."""
     numbers = {k.lower(): float(v) for k, v in says.items()
                if isinstance(v, (int, float)) and not isinstance(v, bool) and 0 < v < 1e6}
     for key, number in numbers.items():
@@ -121,8 +126,8 @@ def _flux(says: dict[str, object]) -> tuple[float, str]:
             return number, ""
     for key, number in numbers.items():
         if re.search(r"watt", key):
-            return number * EFFICACY, f"assumed from {number:g} W: {EFFICACY:g} lm/W"
-    return FLUX, "the file gives no luminous flux: assumed"
+            return number * 100.0, f"assumed from {number:g} W: 100 lm/W"
+    return ASSUMED_FLUX_LM, "the file gives no luminous flux: assumed"
 
 
 def _properties(fixture) -> dict[str, object]:
@@ -134,7 +139,8 @@ def _properties(fixture) -> dict[str, object]:
 
 def _photometric_file(fixture, says: dict[str, object], path: Path, name: str, not_carried: list[str]
                       ) -> Path | None:
-    """The photometric file that a fixture's properties or documents name, where it lies beside."""
+    """The photometric file beside the IFC file that a fixture's properties or documents name; None for
+    none."""
     words = [value for value in says.values() if isinstance(value, str)]
     for relation in getattr(fixture, "HasAssociations", ()):
         if relation.is_a("IfcRelAssociatesDocument"):
@@ -145,7 +151,7 @@ def _photometric_file(fixture, says: dict[str, object], path: Path, name: str, n
 
 
 def _found(words: str, path: Path, name: str, not_carried: list[str]) -> Path | None:
-    for word in PHOTOMETRIC.findall(words):
+    for word in re.findall(r"[^\s\"'<>|]+\.(?:ies|ldt)\b", words, re.IGNORECASE):
         file = photometric_file(word, path)
         if file is not None:
             return file

@@ -1,31 +1,27 @@
-"""Radiance's materials as finishes: the light that they send back, all of it diffuse.
+"""Radiance's materials as diffuse finishes of the same total reflectance.
 
-Reflectances by the reference manual (Ward, "The RADIANCE 5.2 Synthetic Imaging System", 2.1): plastic sends
-back colour · (1 − specularity) + specularity, metal its colour, trans colour · (1 − transmission) and its
+Reflectances follow the reference manual (G. Ward, "The RADIANCE 5.2 Synthetic Imaging System", 2.1): plastic
+reflects colour · (1 − specularity) + specularity, metal its colour, trans colour · (1 − transmission) and its
 specular part.
 """
 
 import numpy as np
 
-from renderer.scene.imports.record import Finish
-
-WEIGHTS = np.array([0.265, 0.670, 0.065])
-"""Luminance of Radiance's red, green and blue."""
-EFFICACY = 179.0
-"""Lumens per watt in Radiance."""
-GLASS = 0.08
-"""Reflectance of a clear pane at normal incidence, both sides (n = 1.52)."""
+from renderer.scene.imports.record import ImportedFinish
 
 
-def luminance(radiance) -> float:
-    """Luminance [cd/m²] of a radiance (3,) [W m⁻² sr⁻¹]."""
-    return EFFICACY * float(np.asarray(radiance, dtype=float) @ WEIGHTS)
+def rgb_luminance(radiance) -> float:
+    """Luminance [cd/m²] of a radiance (3,) [W m⁻² sr⁻¹] in Radiance's red, green and blue, with its 179
+    lm/W."""
+    return 179.0 * float(np.asarray(radiance, dtype=float) @ (0.265, 0.670, 0.065))
 
 
-def finish_of(name: str, kind: str, values: list[float], not_carried: list[str]) -> Finish:
-    """A finish of a Radiance material. not_carried : takes a sentence on what is left out
+def finish_of(name: str, kind: str, values: list[float], not_carried: list[str]) -> ImportedFinish:
+    """The finish of a Radiance material.
 
-    kind : "plastic" …; values : its real arguments
+    kind : type of the material, as "plastic"
+    values : its real arguments
+    not_carried : list that takes sentences about what is left out
     """
     if not np.isfinite(values).all():
         raise ValueError(f"{name} has an argument that is not a finite number")
@@ -33,22 +29,23 @@ def finish_of(name: str, kind: str, values: list[float], not_carried: list[str])
     if kind in ("plastic", "plastic2"):
         if more[0] > 0:
             not_carried.append(f"the gloss of {name!r} (specularity {more[0]:g}), carried as diffuse")
-        return Finish.of(name, rgb * (1 - more[0]) + more[0])
+        return ImportedFinish.of(name, rgb * (1 - more[0]) + more[0])
     if kind in ("metal", "metal2", "mirror"):
         not_carried.append(f"the gloss of {name!r} ({kind}), carried as diffuse")
-        return Finish.of(name, rgb)
+        return ImportedFinish.of(name, rgb)
     if kind in ("trans", "trans2"):
         not_carried.append(f"what {name!r} (trans) lets through")
-        return Finish.of(name, rgb * (1 - more[0]) * (1 - more[2]) + more[0])
+        return ImportedFinish.of(name, rgb * (1 - more[0]) * (1 - more[2]) + more[0])
     if kind in ("glass", "dielectric", "interface"):
         not_carried.append(f"what {name!r} ({kind}) lets through: it stands as an opaque surface")
-        return Finish(name, GLASS, remark="a pane; what it lets through is lost")
+        # A clear pane (n = 1.52) reflects 8 % at normal incidence, both sides together.
+        return ImportedFinish(name, 0.08, remark="a pane; what it lets through is lost")
     not_carried.append(f"the material {name!r} ({kind}), whose reflectance is not known")
-    return Finish(name)
+    return ImportedFinish(name)
 
 
-def finish_of_modifier(name: str, modifier: dict, not_carried: list[str]) -> Finish:
-    """A finish of a modifier of HBJSON."""
+def finish_of_modifier(name: str, modifier: dict, not_carried: list[str]) -> ImportedFinish:
+    """The finish of a modifier in HBJSON."""
     kind = str(modifier.get("type", "")).lower()
     suffix = "emittance" if kind in ("light", "glow") else \
         "transmissivity" if kind == "glass" else "reflectance"
@@ -57,5 +54,5 @@ def finish_of_modifier(name: str, modifier: dict, not_carried: list[str]) -> Fin
                                                       "transmitted_spec")]
     if kind in ("light", "glow"):
         not_carried.append(f"the light of faces with {name!r} ({kind})")
-        return Finish(name, 0.0)
+        return ImportedFinish(name, 0.0)
     return finish_of(name, kind, values, not_carried)

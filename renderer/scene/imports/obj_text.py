@@ -4,12 +4,12 @@ from collections import defaultdict
 
 import numpy as np
 
-from renderer.scene.imports.record import Face
+from renderer.scene.imports.record import ImportedFace
 from renderer.scene.imports.sorting import triangles_of
 
 
-def obj_text(faces: list[Face]) -> str:
-    """An OBJ file; the material of each face is its finish."""
+def obj_text(faces: list[ImportedFace]) -> str:
+    """The text of an OBJ file of the faces; the material of each face is its finish."""
     groups = defaultdict(list)
     for face in faces:
         rings = face.rings if len(face.rings) == 1 else triangles_of(face)

@@ -1,36 +1,25 @@
-"""Where a panel, meters and a camera go in a room whose file has none."""
+"""Places for a panel, a meter, a grid and a camera in a room whose file has none."""
 
 import numpy as np
 import shapely
 
-from renderer.scene.imports.shape import Shape
+from renderer.scene.imports.shape import RoomShape
 from renderer.scene.imports.sorting import grid_of_places
 from renderer.scene.room import Room, nearest, winding
 
-WORKING_PLANE = 0.75
-"""Height of the working plane [m] (EN 12464-1:2021, 3.20 leaves it to the task; offices use 0.75)."""
-BORDER = 0.5
-"""Strip along the walls [m] that a grid leaves out (EN 12464-1:2021, 4.4)."""
-EYE, LOOK = 1.6, 1.0
-"""Heights of the camera, and of what it looks at [m]."""
-PANEL = 0.6
-"""Side of the panel that is put where a file has no luminaire [m]."""
-INSIDE = 0.75
-"""Winding number from which a place is in the air of a room; on a wall it is a half."""
-
 
 def is_inside(points: np.ndarray, room: Room) -> np.ndarray:
-    """Which points (k, 3) are in a room, and not on its walls (k,)."""
+    """Whether points (k, 3) lie in a room, and not on its walls (k,)."""
     points = np.asarray(points, dtype=float).reshape(-1, 3)
     low, high = room.bounds
     inside = ((points > low) & (points < high)).all(axis=1)
     if inside.any():
-        inside[inside] = winding(points[inside], room.shell) > INSIDE
+        inside[inside] = winding(points[inside], room.shell) > 0.75  # 1 in the room, ½ on a wall
     return inside
 
 
-def middle(shape: Shape, room: Room) -> tuple[np.ndarray, float]:
-    """The place (3,) of a room under whose ceiling a panel goes, and how far it is from the walls [m]."""
+def middle(shape: RoomShape, room: Room) -> tuple[np.ndarray, float]:
+    """The place (3,) [m] of a panel at the ceiling of a room, and its distance [m] from the walls."""
     if shape.size is not None:
         return shape.size * (0.5, 0.5, 1.0), float(shape.size[:2].min() / 2)
     if shape.outline is not None:
@@ -41,13 +30,13 @@ def middle(shape: Shape, room: Room) -> tuple[np.ndarray, float]:
     if not len(places):
         return room.bounds.mean(axis=0), 0.0
     apart = np.array([nearest(place, room.shell)[0] for place in places])
-    # The one farthest from the walls; of two alike the higher.
+    # The place farthest from the walls; of two equally far the higher.
     best = int((apart + 1e-6 * places[:, 2]).argmax())
     return places[best], float(apart[best])
 
 
 def free_places(room: Room, boxes: np.ndarray, height: float) -> np.ndarray:
-    """Places (k, 3) all over a room at a height [m] that are in no thing's extent (m, 2, 3)."""
+    """Places (k, 3) [m] throughout a room at a height [m], outside the extents (m, 2, 3) of things."""
     low, high = room.bounds
     along = (np.arange(9) + 0.5) / 9
     x, y = np.meshgrid(low[0] + along * (high - low)[0], low[1] + along * (high - low)[1], indexing="ij")
@@ -57,7 +46,7 @@ def free_places(room: Room, boxes: np.ndarray, height: float) -> np.ndarray:
 
 
 def in_boxes(points: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-    """Which points (k, 3) lie in one of some extents (m, 2, 3), or within 1 cm of it (k,)."""
+    """Whether points (k, 3) lie in one of some extents (m, 2, 3), or within 1 cm of it (k,)."""
     if not len(boxes):
         return np.zeros(len(points), dtype=bool)
     return ((points[:, None] > boxes[None, :, 0] - 0.01) & (points[:, None] < boxes[None, :, 1] + 0.01)
@@ -65,27 +54,31 @@ def in_boxes(points: np.ndarray, boxes: np.ndarray) -> np.ndarray:
 
 
 def height_of_plane(room: Room) -> float:
-    """The height of the working plane [m] in a room: half of that of a low one."""
+    """Height [m] of the working plane, 0.75 m over the floor as in offices; half of a low room's height.
+
+    EN 12464-1:2021, 3.20 leaves the height to the task.
+    """
     low, high = room.bounds[:, 2]
-    return float(low + (WORKING_PLANE if high - low > 1.5 * WORKING_PLANE else (high - low) / 2))
+    return float(low + (0.75 if high - low > 1.125 else (high - low) / 2))
 
 
-def grid(room: Room) -> dict:
-    """The table of a grid on the working plane."""
+def grid_table(room: Room) -> dict:
+    """The table of a grid on the working plane, 0.5 m from the walls (EN 12464-1:2021, 4.4)."""
     low, high = room.bounds
     sides = (high - low)[:2]
-    border = BORDER if sides.min() > 3 * BORDER else 0.0
+    border = 0.5 if sides.min() > 1.5 else 0.0
     return {"name": "working plane", "origin": [*low[:2], height_of_plane(room)],
             "u": [sides[0], 0.0, 0.0], "v": [0.0, sides[1], 0.0], "border": border}
 
 
-def camera(room: Room, boxes: np.ndarray) -> dict | None:
-    """The table of a camera, far from the middle of the room; None where no place is free."""
+def camera_table(room: Room, boxes: np.ndarray) -> dict | None:
+    """The table of a camera 1.6 m over the floor, far from the middle of the room; None where no place is
+    free."""
     low, high = room.bounds
     height = high[2] - low[2]
-    places = free_places(room, boxes, low[2] + min(EYE, 0.6 * height))
+    places = free_places(room, boxes, low[2] + min(1.6, 0.6 * height))
     if len(places) < 2:
         return None
-    target = np.array([*places[:, :2].mean(axis=0), low[2] + min(LOOK, 0.4 * height)])
+    target = np.array([*places[:, :2].mean(axis=0), low[2] + min(1.0, 0.4 * height)])
     best = places[np.linalg.norm(places - target, axis=1).argmax()]
     return {"position": list(best), "look_at": list(target), "fov": 80.0}

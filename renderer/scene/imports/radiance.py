@@ -1,4 +1,4 @@
-"""Radiance scene files: polygons, spheres, cylinders and rings with their materials, and lamps that shine."""
+"""Radiance scene files: polygons, spheres, cylinders and rings with their materials, and luminaires."""
 
 from collections import defaultdict
 from pathlib import Path, PurePath
@@ -6,25 +6,21 @@ from pathlib import Path, PurePath
 import numpy as np
 import shapely
 
-from renderer.scene.imports.modifiers import finish_of, luminance
+from renderer.scene.imports.modifiers import finish_of, rgb_luminance
 from renderer.scene.imports.photometric_file import photometric_file
-from renderer.scene.imports.radiance_text import Primitive, Scene
-from renderer.scene.imports.record import Face, Imported, Lamp, NotImported, Thing
-from renderer.scene.imports.shape import normal_of
+from renderer.scene.imports.radiance_text import Primitive, RadianceScene
+from renderer.scene.imports.record import Imported, ImportedFace, ImportedLamp, NotImported, Thing
+from renderer.scene.imports.shape import vector_area
 from renderer.scene.model_files.beside import beside
 
 SIDES = 24
-"""Flat sides of a cylinder, a cone or a ring; their radius is such that the area of a ring stays."""
-LIGHTS = ("light", "glow", "illum", "spotlight")
-SURFACES = ("polygon", "sphere", "bubble", "cylinder", "tube", "cone", "cup", "ring")
-MATERIALS = ("plastic", "plastic2", "metal", "metal2", "mirror", "trans", "trans2", "glass", "dielectric",
-             "interface", "antimatter", *LIGHTS)
-NEAR = 1e-6
+"""Flat sides of a cylinder, a cone or a ring, whose radius keeps the area of the circle."""
+LIGHT_MATERIALS = ("light", "glow", "illum", "spotlight")
 
 
 def read_radiance(path: Path, data: bytes) -> Imported:
-    """A scene file of Radiance, and those that it includes from its folder. Raises NotImported."""
-    scene = Scene(beside(path, path.parent))
+    """Read a scene file of Radiance, and the files in its folder that it includes. Raises NotImported."""
+    scene = RadianceScene(beside(path, path.parent))
     scene.read(data.decode("utf-8", errors="replace"), np.eye(4), path.name)
     if not scene.primitives:
         raise NotImported("holds no primitives of Radiance's scene language")
@@ -32,9 +28,9 @@ def read_radiance(path: Path, data: bytes) -> Imported:
 
 
 class _Reader:
-    """Takes a scene's primitives one by one; definitions hold from where they stand."""
+    """Reads a scene's primitives in order; a definition is valid for the primitives after it."""
 
-    def __init__(self, scene: Scene, path: Path):
+    def __init__(self, scene: RadianceScene, path: Path):
         self.scene, self.path = scene, path
         self.found = Imported(path.stem, notes=["One unit of the file is taken for a metre, its colours for "
                                                  "linear BT.709 reflectances"])
@@ -44,9 +40,9 @@ class _Reader:
         self.once: set[str] = set()
 
     def read(self) -> Imported:
-        """All of the scene."""
+        """The contents of the scene."""
         for item in self.scene.primitives:
-            if item.kind in SURFACES:
+            if item.kind in ("polygon", "sphere", "bubble", "cylinder", "tube", "cone", "cup", "ring"):
                 self._surface(item)
             elif item.kind == "ies2rad":
                 self._photometric(item.words[0], item.turn, item.name)
@@ -64,17 +60,19 @@ class _Reader:
         return self.found
 
     def _material(self, name: str) -> Primitive | None:
-        """The material of a name: of a pattern or texture that which is under it."""
+        """The material of a name; for a pattern or texture the material under it."""
         for _ in range(20):
             item = self.defined.get(name)
-            if item is None or item.kind in MATERIALS:
+            if item is None or item.kind in (
+                    "plastic", "plastic2", "metal", "metal2", "mirror", "trans", "trans2", "glass",
+                    "dielectric", "interface", "antimatter", *LIGHT_MATERIALS):
                 return item
             name = item.modifier
         return item
 
     def _surface(self, item: Primitive) -> None:
         material = self._material(item.modifier)
-        if material is not None and material.kind in LIGHTS:
+        if material is not None and material.kind in LIGHT_MATERIALS:
             self._light(item, material)
             return
         if material is not None and material.kind == "antimatter":
@@ -87,7 +85,7 @@ class _Reader:
             self.found.things.append(Thing(item.name, [], ball, finish))
             return
         for ring in self._rings(item):
-            self.found.faces.append((item.name.rpartition(".")[0] or item.name, Face(ring, finish)))
+            self.found.faces.append((item.name.rpartition(".")[0] or item.name, ImportedFace(ring, finish)))
 
     def _finish(self, material: Primitive) -> str:
         if material.name not in self.found.finishes:
@@ -105,7 +103,7 @@ class _Reader:
         return item.numbers[:count]
 
     def _rings(self, item: Primitive) -> list[tuple[np.ndarray, ...]]:
-        """The polygons, each with its holes, of a surface in place."""
+        """The polygons of a surface in the scene's coordinates, each with its holes. Raises NotImported."""
         if item.kind == "polygon":
             if len(item.numbers) < 9 or len(item.numbers) % 3:
                 raise NotImported(f"has the polygon {item.name[:40]!r} with {len(item.numbers)} coordinates; "
@@ -128,7 +126,8 @@ class _Reader:
                 for k in range(SIDES)]
 
     def _light(self, item: Primitive, material: Primitive) -> None:
-        """A surface that shines: gathered with those of its plane, or a point."""
+        """Take a luminous surface: a flat one is joined later with those of its plane, any other is a
+        point."""
         pattern = self.defined.get(material.modifier)
         if pattern is not None and pattern.kind == "brightdata":
             file = next((w for w in pattern.words if w.endswith(".dat")), "")
@@ -139,7 +138,7 @@ class _Reader:
         if material.kind in ("illum", "spotlight") and material.kind not in self.once:
             self.once.add(material.kind)
             self.found.not_carried.append(f"the {material.kind} {material.name!r}: it is a plain light")
-        cd = luminance((*material.numbers, 0, 0, 0)[:3])
+        cd = rgb_luminance((*material.numbers, 0, 0, 0)[:3])
         if len(set(material.numbers[:3])) > 1 and material.name not in self.once:
             self.once.add(material.name)
             self.found.not_carried.append(f"the colour of the light {material.name!r}: give it a spectrum")
@@ -152,21 +151,22 @@ class _Reader:
         else:
             rings = [ring for parts in self._rings(item) for ring in parts]
             middle = np.concatenate(rings).mean(axis=0)
-            area = sum(np.linalg.norm(normal_of(ring)) for ring in rings)
+            area = sum(np.linalg.norm(vector_area(ring)) for ring in rings)
             self.found.not_carried.append(f"the shape of the {item.kind} {item.name!r}: it shines as a point")
-        self.found.lamps.append(Lamp(item.name, "point", middle, flux=np.pi * cd * area))
+        self.found.lamps.append(ImportedLamp(item.name, "point", middle, flux=np.pi * cd * area))
 
     def _panels(self, key: tuple, items: list) -> None:
-        """Rectangles and discs of polygons of one light, those of one plane that join as one."""
+        """Add rectangles and discs for the polygons of one light material, adjoining ones of one plane as
+        one."""
         name, _, cd = key
         planes = defaultdict(list)
         for item, ring in items:
-            area = normal_of(ring)
+            area = vector_area(ring)
             size = np.linalg.norm(area)
             if size == 0:
                 continue
             if item.kind == "ring":
-                self.found.lamps.append(Lamp(item.name, "disc", ring.mean(axis=0), area / size,
+                self.found.lamps.append(ImportedLamp(item.name, "disc", ring.mean(axis=0), area / size,
                                              flux=np.pi * cd * size, diameter=2 * np.sqrt(size / np.pi)))
                 continue
             normal = area / size
@@ -184,7 +184,7 @@ class _Reader:
         axes = np.stack([along, np.cross(normal, along)]) / np.linalg.norm(along)
         flat = [shapely.Polygon((ring - origin) @ axes.T) for _, ring, _ in rings]
         whole = shapely.union_all([shape if shape.is_valid else shape.buffer(0) for shape in flat],
-                                  grid_size=NEAR)
+                                  grid_size=1e-6)
         for shape in getattr(whole, "geoms", [whole]):
             if shape.geom_type != "Polygon" or shape.is_empty:
                 continue
@@ -198,18 +198,18 @@ class _Reader:
                 remark = "of another shape in the file; a rectangle of its area"
                 self.found.not_carried.append(f"the shape of the light {own!r}: a rectangle of its area")
             center = origin + np.array([middle.x, middle.y]) @ axes
-            self.found.lamps.append(Lamp(own, "rectangle", center, normal, axes[0], size,
+            self.found.lamps.append(ImportedLamp(own, "rectangle", center, normal, axes[0], size,
                                          flux=np.pi * cd * shape.area, remark=remark))
 
     def _photometric(self, file: str, turn: np.ndarray, name: str) -> None:
-        """A luminaire of ies2rad: its photometric file, where that lies beside the scene."""
+        """Add a luminaire of ies2rad with its photometric file, where that lies beside the scene."""
         stem = PurePath(file.replace("\\", "/")).with_suffix("")
         for ending in (".ies", ".IES", ".ldt", ".LDT"):
             photometry = photometric_file(f"{stem}{ending}", self.path)
             if photometry is not None:
                 rotation = turn[:3, :3] / np.cbrt(abs(np.linalg.det(turn[:3, :3])))
-                self.found.lamps.append(Lamp(name, "ies", turn[:3, 3], -rotation[:, 2], rotation[:, 0],
-                                             file=photometry))
+                self.found.lamps.append(ImportedLamp(name, "ies", turn[:3, 3], -rotation[:, 2],
+                                                     rotation[:, 0], file=photometry))
                 return
         self.found.not_carried.append(f"the luminaire {name!r} ({PurePath(file).name or 'ies2rad'}): put "
                                       f"{stem.name}.ies, of which ies2rad made it, beside the scene")

@@ -12,14 +12,15 @@ import numpy as np
 from renderer.scene.imports.record import NotImported
 from renderer.scene.model_files.record import Beside, Unreadable
 
-MAX_PRIMITIVES, MAX_DEPTH, MAX_COPIES = 500_000, 16, 2000
+MAX_COPIES = 2000
 
 
 @dataclass(frozen=True)
 class Primitive:
-    """A primitive of a scene: what modifies it, its type and name, its arguments, and where it stands.
+    """A primitive of a scene: its modifier, type, name and arguments.
 
-    turn : (4, 4) into the scene; file : the one that it is written in
+    turn : (4, 4) transform into the scene's coordinates
+    file : name of its file
     """
 
     modifier: str
@@ -32,27 +33,27 @@ class Primitive:
 
     @property
     def scale(self) -> float:
-        """By what its lengths are multiplied."""
+        """Factor of the transform on lengths."""
         return float(np.cbrt(abs(np.linalg.det(self.turn[:3, :3]))))
 
     def points(self, numbers) -> np.ndarray:
-        """Points (k, 3) in place, of coordinates one after the other."""
+        """Points (k, 3) in the scene's coordinates, from a flat list of coordinates."""
         points = np.array(numbers, dtype=float).reshape(-1, 3)
         return points @ self.turn[:3, :3].T + self.turn[:3, 3]
 
 
 @dataclass
-class Scene:
-    """All primitives of a file and of those that it includes; skipped : commands that were not followed."""
+class RadianceScene:
+    """All primitives of a file and of the files it includes; skipped : commands that were not followed."""
 
     beside: Beside
     primitives: list[Primitive] = field(default_factory=list)
     skipped: list[str] = field(default_factory=list)
 
     def read(self, text: str, turn: np.ndarray, file: str = "", depth: int = 0) -> None:
-        """Add what a file's text says, moved by a transform (4, 4). Raises NotImported."""
-        if depth > MAX_DEPTH:
-            raise NotImported(f"includes files more than {MAX_DEPTH} deep; does one include itself?")
+        """Add the primitives in a file's text, moved by a transform (4, 4). Raises NotImported."""
+        if depth > 16:
+            raise NotImported("includes files more than 16 deep; does one include itself?")
         words: list[str] = []
         lines = iter(text.replace("\\\n", " ").splitlines())
         for line in lines:
@@ -88,8 +89,8 @@ class Scene:
                               "counted lists of arguments belong there") from None
 
     def _add(self, primitive: Primitive) -> None:
-        if len(self.primitives) >= MAX_PRIMITIVES:
-            raise NotImported(f"holds more than {MAX_PRIMITIVES} primitives")
+        if len(self.primitives) >= 500_000:
+            raise NotImported("holds more than 500000 primitives")
         self.primitives.append(primitive)
 
     @staticmethod
@@ -100,7 +101,7 @@ class Scene:
         return words[at + 1:at + 1 + count], at + 1 + count
 
     def _command(self, line: str, turn: np.ndarray, depth: int) -> None:
-        """Follow one command line, several joined by a pipe from the last back."""
+        """Follow one command line; the commands of a pipe from the last to the first. Raises NotImported."""
         try:
             stages = [shlex.split(stage) for stage in line.split("|")]
         except ValueError:
@@ -146,10 +147,10 @@ class Scene:
 
 
 def _transforms(words: list[str]) -> tuple[list[np.ndarray], list[str]]:
-    """Transforms (4, 4) of xform's arguments, one a copy, and the files that it names.
+    """Transforms (4, 4) of xform's arguments, one a copy, and the files after them. Raises NotImported.
 
-    Each argument acts after those before it; `-a n` repeats what follows it n times, from none on, up to `-i`
-    or the next `-a` (the manual page of xform).
+    Each argument acts after those before it. `-a n` applies the arguments up to `-i` or the next `-a` 0 to n
+    − 1 times (manual page of xform).
     """
     total, array, here, at = [np.eye(4)], None, np.eye(4), 0
 
@@ -213,7 +214,8 @@ def _rotation(axis: str, degrees: float) -> np.ndarray:
 
 
 def _box(words: list[str]) -> str | None:
-    """The polygons of genbox, normals outward, or inward with -i; None for rounded and bevelled ones."""
+    """The polygons of genbox as text, normals outward, or inward with -i; None for rounded and bevelled
+    boxes."""
     try:
         material, name, *size = words[:5]
         x, y, z = (float(item) for item in size)

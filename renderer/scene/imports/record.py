@@ -1,20 +1,21 @@
-"""What a file of another program holds, in the terms of a scene: rooms, furniture, lamps, materials."""
+"""The contents of a file of another program: rooms, furniture, lamps and materials."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-DEFAULTS = {"ceiling": 0.7, "walls": 0.5, "floor": 0.2, "furniture": 0.5}
-"""Reflectances taken where a file gives none: within what EN 12464-1:2021, 4.2 recommends."""
+ASSUMED_REFLECTANCES = {"ceiling": 0.7, "walls": 0.5, "floor": 0.2, "furniture": 0.5}
+"""Reflectances of surfaces without one in the file, within the ranges of EN 12464-1:2021, 4.2."""
 
 
 @dataclass(frozen=True)
-class Finish:
-    """A material. Of the two, at most one is given; neither where the file says nothing of it.
+class ImportedFinish:
+    """A material, with at most one of reflectance and rgb; with neither where the file gives no reflectance.
 
-    reflectance : spectrally flat (0 … 1); rgb : linear BT.709 reflectances (3,)
-    remark : what the scene file says beside it
+    reflectance : spectrally flat (0 … 1)
+    rgb : (3,) linear BT.709 reflectances
+    remark : comment for the scene file
     """
 
     name: str
@@ -23,18 +24,22 @@ class Finish:
     remark: str = ""
 
     @staticmethod
-    def of(name: str, rgb, remark: str = "") -> "Finish":
-        """A finish of linear BT.709 reflectances; flat where all three are the same."""
+    def of(name: str, rgb, remark: str = "") -> "ImportedFinish":
+        """A finish of linear BT.709 reflectances (3,); flat where all three are equal."""
         values = tuple(float(x) for x in np.clip(np.asarray(rgb, dtype=float)[:3], 0.0, 1.0))
         if max(values) - min(values) < 1e-9:
-            return Finish(name, reflectance=values[0], remark=remark)
-        return Finish(name, rgb=values, remark=remark)
+            return ImportedFinish(name, reflectance=values[0], remark=remark)
+        return ImportedFinish(name, rgb=values, remark=remark)
 
 
 @dataclass(frozen=True)
-class Face:
-    """A flat polygon. rings : its outline (k, 3) [m], then its holes; finish : the name of one, or "";
-    kind : "floor", "walls" or "ceiling", as the file calls it, or ""."""
+class ImportedFace:
+    """A flat polygon.
+
+    rings : outline (k, 3) [m], then holes
+    finish : name of its finish, or ""
+    kind : "floor", "walls" or "ceiling" by the file, or ""
+    """
 
     rings: tuple[np.ndarray, ...]
     finish: str = ""
@@ -43,32 +48,36 @@ class Face:
 
 @dataclass(frozen=True)
 class Space:
-    """A room that the file itself calls one: the faces around it."""
+    """A room of the file, as the faces around it."""
 
     name: str
-    faces: list[Face]
+    faces: list[ImportedFace]
 
 
 @dataclass(frozen=True)
 class Thing:
-    """A piece of furniture, or another part of the building that stands in a room.
+    """A piece of furniture, or a part of the building in a room.
 
-    faces : empty for a ball, of which `ball` has the middle and the radius (4,) [m], and `finish` its own
+    faces : empty for a ball
+    ball : (4,) centre and radius [m]; None for other things
+    finish : name of the ball's finish
     """
 
     name: str
-    faces: list[Face]
+    faces: list[ImportedFace]
     ball: np.ndarray | None = None
     finish: str = ""
 
 
 @dataclass(frozen=True)
-class Lamp:
-    """A luminaire, in the terms of a scene file.
+class ImportedLamp:
+    """A luminaire, with the keys of a scene file.
 
-    shape : "rectangle", "disc", "point" or "ies"; center, normal, up : (3,); up is along the first of `size`
-    flux : [lm], or None for what a photometric file states; file : the photometric file to copy
-    remark : what the scene file says beside it
+    shape : "rectangle", "disc", "point" or "ies"
+    center, normal, up : (3,); up is along the first side of `size`
+    flux : [lm]; None for that of the photometric file
+    file : the photometric file, to be copied
+    remark : comment for the scene file
     """
 
     name: str
@@ -86,21 +95,24 @@ class Lamp:
 
 @dataclass(frozen=True)
 class Imported:
-    """All that was read.
+    """The contents of a file.
 
-    spaces : rooms by name; faces : faces whose room is not told, each with the name of what it is of
-    finishes : by name; not_carried : what the scene lacks, in sentences; notes : how the file was taken
+    spaces : rooms
+    faces : faces of no stated room, each with the name of its thing
+    finishes : by name
+    not_carried : sentences about contents that the scene lacks
+    notes : sentences about the reading of the file
     """
 
     title: str
     spaces: list[Space] = field(default_factory=list)
-    faces: list[tuple[str, Face]] = field(default_factory=list)
+    faces: list[tuple[str, ImportedFace]] = field(default_factory=list)
     things: list[Thing] = field(default_factory=list)
-    lamps: list[Lamp] = field(default_factory=list)
-    finishes: dict[str, Finish] = field(default_factory=dict)
+    lamps: list[ImportedLamp] = field(default_factory=list)
+    finishes: dict[str, ImportedFinish] = field(default_factory=dict)
     not_carried: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
 class NotImported(Exception):
-    """What is wrong with a file, as the end of a sentence that begins with its name."""
+    """A fault of a file, as the end of a sentence that begins with the file's name."""

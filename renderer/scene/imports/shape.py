@@ -6,61 +6,63 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
-from renderer.scene.imports.record import DEFAULTS, Face
+from renderer.scene.imports.record import ASSUMED_REFLECTANCES, ImportedFace
 
-SLACK = 1e-4
-"""How far corners that should coincide may be apart, relative to the room's longest side: what CAD files
-round to."""
-LEVEL = 1e-3
-"""Sine of the angle up to which a face counts as level or upright."""
+CORNER_TOLERANCE = 1e-4
+"""Largest distance between corners that coincide, relative to the room's longest side: CAD files round by
+this much."""
+LEVEL_TOLERANCE = 1e-3
+"""Largest sine of the angle between an upright face and the vertical."""
 
 
 @dataclass(frozen=True)
-class Shape:
-    """A room in the scene's coordinates. One of size, outline with height, and faces (a mesh) is given.
+class RoomShape:
+    """A room in the scene's coordinates: one of a size, an outline with a height, and faces (a mesh).
 
-    finishes : of a box its six sides', of an outline its floor, ceiling and walls', by the scene's keys
     turn : (4, 4) from the file's coordinates to the scene's
+    finishes : of the six sides of a box, or of floor, ceiling and walls of an outline, by the scene's keys
     """
 
     turn: np.ndarray
     size: np.ndarray | None = None
     outline: np.ndarray | None = None
     height: float = 0.0
-    faces: list[Face] = field(default_factory=list)
+    faces: list[ImportedFace] = field(default_factory=list)
     finishes: dict[str, str] = field(default_factory=dict)
 
 
-def shape_of(faces: list[Face]) -> Shape:
-    """The simplest shape that the faces of a room have."""
+def shape_of(faces: list[ImportedFace]) -> RoomShape:
+    """The simplest shape of a room with these faces: a box, an outline or a mesh."""
     points = np.concatenate([ring for face in faces for ring in face.rings])
     low, high = points.min(axis=0), points.max(axis=0)
-    plan = _plan(faces, low[2], high[2], SLACK * float((high - low).max()))
+    plan = _plan(faces, low[2], high[2], CORNER_TOLERANCE * float((high - low).max()))
     if plan is None:
         turn = np.eye(4)
         turn[:3, 3] = -low
-        return Shape(turn, faces=[moved(face, turn) for face in faces])
+        return RoomShape(turn, faces=[moved(face, turn) for face in faces])
     outline, finishes = plan
     height = float(high[2] - low[2])
     turn = _aligned(outline, low[2])
     local = outline @ turn[:2, :2].T + turn[:2, 3]
-    if len(local) == 4 and _is_box(local, SLACK * float(np.ptp(local, axis=0).max())):
+    if len(local) == 4 and _is_box(local, CORNER_TOLERANCE * float(np.ptp(local, axis=0).max())):
         size = np.array([*np.ptp(local, axis=0), height])
-        return Shape(turn, size=size, finishes=_of_box(local, finishes))
+        return RoomShape(turn, size=size, finishes=_of_box(local, finishes))
     turn = np.eye(4)
     turn[:3, 3] = -np.array([*outline.min(axis=0), low[2]])
-    return Shape(turn, outline=outline + turn[:2, 3], height=height, finishes=finishes)
+    return RoomShape(turn, outline=outline + turn[:2, 3], height=height, finishes=finishes)
 
 
-def upright(faces: list[Face]) -> Shape | None:
-    """A room of the plan of the faces that are its floor, up to their highest point, for faces that do not
-    close; None where they have no one plan."""
+def upright(faces: list[ImportedFace]) -> RoomShape | None:
+    """A room over the plan of the lower level faces, up to the highest point, for faces that do not close.
+
+    None where the plan is not one polygon.
+    """
     points = np.concatenate([ring for face in faces for ring in face.rings])
     low, high = points.min(axis=0), points.max(axis=0)
-    slack, flat, floor, ceiling, walls = SLACK * float((high - low).max()), [], "", "", ""
+    slack, flat, floor, ceiling, walls = CORNER_TOLERANCE * float((high - low).max()), [], "", "", ""
     for face in faces:
-        area = normal_of(face.rings[0])
-        if abs(area[2]) < LEVEL * np.linalg.norm(area):
+        area = vector_area(face.rings[0])
+        if abs(area[2]) < LEVEL_TOLERANCE * np.linalg.norm(area):
             walls = walls or face.finish
         elif face.rings[0][:, 2].mean() < (low[2] + high[2]) / 2:
             floor = floor or face.finish
@@ -76,31 +78,32 @@ def upright(faces: list[Face]) -> Shape | None:
     turn[:3, 3] = -np.array([*ring.min(axis=0), low[2]])
     walls, ceiling = walls or floor, ceiling or floor
     finishes = {"floor": floor, "ceiling": ceiling, **{f"wall_{k}": walls for k in range(len(ring))}}
-    return Shape(turn, outline=ring + turn[:2, 3], height=float(high[2] - low[2]), finishes=finishes)
+    return RoomShape(turn, outline=ring + turn[:2, 3], height=float(high[2] - low[2]), finishes=finishes)
 
 
-def moved(face: Face, turn: np.ndarray) -> Face:
+def moved(face: ImportedFace, turn: np.ndarray) -> ImportedFace:
     """A face moved by a transform (4, 4)."""
-    return Face(tuple(ring @ turn[:3, :3].T + turn[:3, 3] for ring in face.rings), face.finish, face.kind)
+    rings = tuple(ring @ turn[:3, :3].T + turn[:3, 3] for ring in face.rings)
+    return ImportedFace(rings, face.finish, face.kind)
 
 
-def normal_of(ring: np.ndarray) -> np.ndarray:
+def vector_area(ring: np.ndarray) -> np.ndarray:
     """Vector area (3,) [m²] of a polygon (k, 3) (Newell)."""
     here = ring - ring[0]
     return np.cross(here, np.roll(here, -1, axis=0)).sum(axis=0) / 2
 
 
-def _plan(faces: list[Face], bottom: float, top: float, slack: float
+def _plan(faces: list[ImportedFace], bottom: float, top: float, slack: float
           ) -> tuple[np.ndarray, dict[str, str]] | None:
-    """Outline (k, 2) and finishes of an upright prism with one finish to a side; None for what is no such."""
+    """Outline (k, 2) [m] and finishes of an upright prism with one finish a side; None for any other room."""
     level = {"floor": [], "ceiling": []}
     upright, finish = [], {"floor": set(), "ceiling": set()}
     for face in faces:
-        area = normal_of(face.rings[0])
+        area = vector_area(face.rings[0])
         size = np.linalg.norm(area)
         if size <= slack**2:
             continue
-        if abs(area[2]) < LEVEL * size:
+        if abs(area[2]) < LEVEL_TOLERANCE * size:
             upright.append(face)
             continue
         heights = face.rings[0][:, 2]
@@ -127,7 +130,7 @@ def _plan(faces: list[Face], bottom: float, top: float, slack: float
 
 
 def _corners(floor: shapely.Polygon, known: np.ndarray, slack: float) -> np.ndarray:
-    """Corners (k, 2) of a floor, at the file's own places, those on a straight wall left out."""
+    """Corners (k, 2) of a floor at the file's own places, without those on a straight wall."""
     ring = np.array(shapely.orient_polygons(floor).simplify(2 * slack).exterior.coords)[:-1]
     before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
     off = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
@@ -136,8 +139,9 @@ def _corners(floor: shapely.Polygon, known: np.ndarray, slack: float) -> np.ndar
     return np.where((np.linalg.norm(nearest - ring, axis=1) < 4 * slack)[:, None], nearest, ring)
 
 
-def _walls(outline: np.ndarray, upright: list[Face], slack: float) -> dict[str, str] | None:
-    """The finish of each wall_k of an outline; None where a face stands elsewhere, or a wall has several."""
+def _walls(outline: np.ndarray, upright: list[ImportedFace], slack: float) -> dict[str, str] | None:
+    """The finish of each wall_k of an outline; None for a face off the walls, or a wall with several
+    finishes."""
     ends = np.roll(outline, -1, axis=0)
     along = ends - outline
     along /= np.linalg.norm(along, axis=1)[:, None]
@@ -159,8 +163,8 @@ def _walls(outline: np.ndarray, upright: list[Face], slack: float) -> dict[str, 
 
 
 def _aligned(outline: np.ndarray, bottom: float) -> np.ndarray:
-    """The transform (4, 4) that lays the first wall along x, as little turned as can be, with the lowest
-    corner at the origin."""
+    """The transform (4, 4) of least rotation that makes the first wall parallel to an axis, lowest corner at
+    the origin."""
     along = outline[1] - outline[0]
     angle = -np.arctan2(along[1], along[0])
     angle -= np.round(angle / (np.pi / 2)) * np.pi / 2
@@ -173,14 +177,14 @@ def _aligned(outline: np.ndarray, bottom: float) -> np.ndarray:
 
 
 def _is_box(corners: np.ndarray, slack: float) -> bool:
-    """Whether four corners (4, 2) are those of their extent."""
+    """Whether four corners (4, 2) are the corners of their extent."""
     extent = np.ptp(corners, axis=0)
     low = corners.min(axis=0)
     return bool((np.minimum(np.abs(corners - low), np.abs(corners - low - extent)) < 4 * slack).all())
 
 
 def _of_box(corners: np.ndarray, finishes: dict[str, str]) -> dict[str, str]:
-    """Finishes by the keys of a box, of those by the walls of its outline (4, 2)."""
+    """Finishes by the keys of a box, from the finishes of the walls of its outline (4, 2)."""
     low, high = corners.min(axis=0), corners.max(axis=0)
     sides = {"floor": finishes["floor"], "ceiling": finishes["ceiling"]}
     for k in range(4):
@@ -191,26 +195,29 @@ def _of_box(corners: np.ndarray, finishes: dict[str, str]) -> dict[str, str]:
     return sides
 
 
-def with_finishes(faces: list[Face]) -> tuple[list[Face], list[str]]:
-    """Faces of a room, those without a finish with the one that is assumed for their kind; and which kinds
-    these are, keys of DEFAULTS."""
+def with_finishes(faces: list[ImportedFace]) -> tuple[list[ImportedFace], list[str]]:
+    """Faces of a room with assumed finishes where they have none, and the kinds of face for which one is
+    assumed.
+
+    The kinds are keys of ASSUMED_REFLECTANCES.
+    """
     points = np.concatenate([face.rings[0] for face in faces])
     middle = (points[:, 2].min() + points[:, 2].max()) / 2
     kinds = [None if face.finish else _kind(face, middle) for face in faces]
-    done = [face if kind is None else Face(face.rings, assumed(kind), kind)
+    done = [face if kind is None else ImportedFace(face.rings, assumed(kind), kind)
             for face, kind in zip(faces, kinds, strict=True)]
     return done, sorted({kind for kind in kinds if kind})
 
 
 def assumed(kind: str) -> str:
-    """The name of the finish that is assumed for a kind of face."""
+    """Name of the assumed finish of a kind of face."""
     return f"{kind}_assumed"
 
 
-def _kind(face: Face, middle: float) -> str:
-    if face.kind in DEFAULTS:
+def _kind(face: ImportedFace, middle: float) -> str:
+    if face.kind in ASSUMED_REFLECTANCES:
         return face.kind
-    area = normal_of(face.rings[0])
+    area = vector_area(face.rings[0])
     if abs(area[2]) < 0.5 * np.linalg.norm(area):
         return "walls"
     return "floor" if face.rings[0][:, 2].mean() < middle else "ceiling"

@@ -1,35 +1,26 @@
-"""Loose faces of a file told apart: the surface around a room, and what stands in it."""
+"""The division of a file's loose faces into the surface around a room and the things in it."""
 
 import numpy as np
 
-from renderer.scene.imports.record import Face, Thing
-from renderer.scene.imports.shape import normal_of
+from renderer.scene.imports.record import ImportedFace, Thing
+from renderer.scene.imports.shape import vector_area
 from renderer.scene.model_files.edges import Edges, connected
 from renderer.scene.model_files.heap import areas, heap
 from renderer.scene.model_files.read import Polygons
-from renderer.scene.model_files.triangulate import triangulated
+from renderer.scene.model_files.triangulate import triangles_of_polygons
 from renderer.scene.model_files.weld import facets
 from renderer.scene.room import winding
 
-AROUND = 0.5
-"""Least winding number about a place for faces to count as around it."""
-LEAST_HEIGHT = 1.8
-"""A closed surface with nothing in it is a room from this height on [m]; else a piece of furniture."""
-ROOM_SHARE = 0.3
-"""A room's extent fills at least this share of that of the whole file."""
-PLACES = 6
-"""Places tried along each side of an extent."""
 
-
-def triangles_of(face: Face) -> np.ndarray:
-    """A face as triangles (k, 3, 3) [m], wound as its outline is."""
+def triangles_of(face: ImportedFace) -> np.ndarray:
+    """A face as triangles (k, 3, 3) [m] with the winding of its outline."""
     import mapbox_earcut
 
     vertices = np.concatenate(face.rings)
     if len(face.rings) == 1:
-        index, _ = triangulated(vertices, np.arange(len(vertices)), np.array([len(vertices)]))
+        index, _ = triangles_of_polygons(vertices, np.arange(len(vertices)), np.array([len(vertices)]))
         return vertices[index]
-    normal = normal_of(face.rings[0])
+    normal = vector_area(face.rings[0])
     size = np.linalg.norm(normal)
     if size == 0:
         return np.zeros((0, 3, 3))
@@ -45,10 +36,10 @@ def triangles_of(face: Face) -> np.ndarray:
     return found
 
 
-def sorted_faces(faces: list[Face], names: list[str]) -> tuple[list[Face], list[Thing]]:
-    """Faces around a room, empty where none are, and the things in it.
+def sorted_faces(faces: list[ImportedFace], names: list[str]) -> tuple[list[ImportedFace], list[Thing]]:
+    """The faces around a room, none where the file has no room, and the things in it.
 
-    names : of each face what the file calls the thing that it is of
+    names : for each face the name of its thing in the file
     """
     polygons = _polygons(faces)
     found = facets(polygons)
@@ -71,32 +62,32 @@ def sorted_faces(faces: list[Face], names: list[str]) -> tuple[list[Face], list[
     return room, [Thing(name, parts) for name, parts in things.items()]
 
 
-def encloses(faces: list[Face]) -> bool:
-    """Whether faces are all of closed surfaces."""
+def encloses(faces: list[ImportedFace]) -> bool:
+    """Whether all faces belong to closed surfaces."""
     whole = heap(facets(_polygons(faces)))
     return bool(len(whole.faces)) and bool((whole.solid >= 0).all())
 
 
-def _whole_faces(faces: list[Face], whole, chosen: np.ndarray) -> list[Face]:
-    """The file's own faces that some triangles (k,) are of, wound as these are; in triangles where only some
-    of a face is chosen."""
+def _whole_faces(faces: list[ImportedFace], whole, chosen: np.ndarray) -> list[ImportedFace]:
+    """The file's own faces of the chosen triangles (k,), with their winding; a partly chosen face as
+    triangles."""
     result = []
     area = areas(whole.vertices, whole.faces)
     for owner in np.unique(whole.part[chosen]):
         face, mine = faces[owner], chosen & (whole.part == owner)
-        own = np.linalg.norm(normal_of(face.rings[0]))
+        own = np.linalg.norm(vector_area(face.rings[0]))
         if len(face.rings) == 1 and abs(area[mine].sum() - own) < 1e-6 * own:
             first = whole.vertices[whole.faces[mine]]
             total = np.cross(first[:, 1] - first[:, 0], first[:, 2] - first[:, 0]).sum(axis=0)
-            ring = face.rings[0] if total @ normal_of(face.rings[0]) > 0 else face.rings[0][::-1]
-            result.append(Face((ring,), face.finish, face.kind))
+            ring = face.rings[0] if total @ vector_area(face.rings[0]) > 0 else face.rings[0][::-1]
+            result.append(ImportedFace((ring,), face.finish, face.kind))
         else:
-            result += [Face((corners,), face.finish, face.kind)
+            result += [ImportedFace((corners,), face.finish, face.kind)
                        for corners in whole.vertices[whole.faces[mine]]]
     return result
 
 
-def _polygons(faces: list[Face]) -> Polygons:
+def _polygons(faces: list[ImportedFace]) -> Polygons:
     vertices, sizes, part = [], [], []
     for k, face in enumerate(faces):
         for ring in (face.rings if len(face.rings) == 1 else triangles_of(face)):
@@ -109,25 +100,29 @@ def _polygons(faces: list[Face]) -> Polygons:
 
 
 def _shell(vertices: np.ndarray, faces: np.ndarray, piece: np.ndarray) -> int | None:
-    """Which of the connected pieces (k,) is around a room; None for none."""
+    """Number of the connected piece (k,) that is around a room; None for none.
+
+    It is the largest piece that goes round a place and fills at least 0.3 of the file's extent. A piece with
+    nothing in it must be at least 1.8 m high, else it is furniture.
+    """
     used = vertices[faces]
     size = np.maximum(np.ptp(used, axis=(0, 1)), 1e-9)
-    best, largest = None, ROOM_SHARE
+    best, largest, around = None, 0.3, 0.5  # around: least winding number about a place inside
     for k in range(int(piece.max()) + 1):
         mine = used[piece == k]
         share = float(np.prod(np.ptp(mine, axis=(0, 1)) / size))
         if share <= largest or len(mine) < 4:
             continue
-        if np.abs(winding(grid_of_places(mine), mine)).max() > AROUND:
+        if np.abs(winding(grid_of_places(mine), mine)).max() > around:
             best, largest = k, share
     if best is None:
         return None
-    alone = not (np.abs(winding(used[piece != best].mean(axis=1), used[piece == best])) > AROUND).any()
-    return None if alone and np.ptp(used[piece == best][..., 2]) < LEAST_HEIGHT else best
+    alone = not (np.abs(winding(used[piece != best].mean(axis=1), used[piece == best])) > around).any()
+    return None if alone and np.ptp(used[piece == best][..., 2]) < 1.8 else best
 
 
-def grid_of_places(corners: np.ndarray, count: int = PLACES) -> np.ndarray:
-    """Places (n, 3) all over the extent of triangles (k, 3, 3), none on its border."""
+def grid_of_places(corners: np.ndarray, count: int = 6) -> np.ndarray:
+    """Places (count³, 3) throughout the extent of triangles (k, 3, 3), none on its border."""
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     along = (np.arange(count) + 0.5) / count
     grid = np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1).reshape(-1, 3)

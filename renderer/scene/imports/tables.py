@@ -1,4 +1,4 @@
-"""Objects and luminaires as tables of a scene file, those of one room."""
+"""The objects and luminaires in one room as tables of a scene file."""
 
 import re
 import shutil
@@ -12,19 +12,22 @@ from renderer.scene.imports import places
 from renderer.scene.imports.choice import points_of
 from renderer.scene.imports.draft import Draft
 from renderer.scene.imports.obj_text import obj_text
-from renderer.scene.imports.record import DEFAULTS, Face, Finish, Lamp, Thing
-from renderer.scene.imports.shape import assumed, moved, normal_of
+from renderer.scene.imports.record import (
+    ASSUMED_REFLECTANCES,
+    ImportedFace,
+    ImportedFinish,
+    ImportedLamp,
+    Thing,
+)
+from renderer.scene.imports.shape import assumed, moved, vector_area
 from renderer.scene.imports.sorting import triangles_of
 from renderer.scene.imports.toml_text import clean
 from renderer.scene.room import Room
 from renderer.system.files import whole_file
 
-ABOVE = 0.6
-"""A luminaire this far above its room's ceiling [m] hangs in the void over it, and shines through."""
-
 
 def object_tables(draft: Draft, things: list[Thing], room: Room) -> list[dict]:
-    """Tables of the things that are in the room."""
+    """Tables of the things in the room."""
     tables, elsewhere = [], 0
     for thing in things:
         placed = _moved(thing, draft.shape.turn)
@@ -72,14 +75,14 @@ def _furniture(draft: Draft, finish: str) -> str:
         return finish
     name = assumed("furniture")
     if name not in draft.finishes:
-        draft.finishes[name] = Finish(name, DEFAULTS["furniture"])
+        draft.finishes[name] = ImportedFinish(name, ASSUMED_REFLECTANCES["furniture"])
         draft.written.notes.append(f"The file gives no reflectance for some furniture: "
-                                   f"{DEFAULTS['furniture']:g} is assumed")
+                                   f"{ASSUMED_REFLECTANCES['furniture']:g} is assumed")
     return name
 
 
-def _is_box(faces: list[Face], low: np.ndarray, high: np.ndarray) -> bool:
-    """Whether faces are the six sides of their extent."""
+def _is_box(faces: list[ImportedFace], low: np.ndarray, high: np.ndarray) -> bool:
+    """Whether faces form the six sides of their extent."""
     size = high - low
     near = 1e-6 * size.max()
     if size.min() < 10 * near:
@@ -90,7 +93,7 @@ def _is_box(faces: list[Face], low: np.ndarray, high: np.ndarray) -> bool:
             return False
     total = np.zeros((3, 2))
     for face in faces:
-        area = normal_of(face.rings[0])
+        area = vector_area(face.rings[0])
         axis = int(np.abs(area).argmax())
         side = int(face.rings[0][:, axis].mean() > (low + high)[axis] / 2)
         total[axis, side] += np.linalg.norm(area)
@@ -98,8 +101,8 @@ def _is_box(faces: list[Face], low: np.ndarray, high: np.ndarray) -> bool:
     return bool((np.abs(total - sides[:, None]) < 1e-5 * sides[:, None]).all())
 
 
-def lamp_tables(draft: Draft, lamps: Iterable[Lamp], room: Room) -> list[dict]:
-    """Tables of the luminaires that are in the room; those over its ceiling come down to it."""
+def luminaire_tables(draft: Draft, lamps: Iterable[ImportedLamp], room: Room) -> list[dict]:
+    """Tables of the luminaires in the room; those in the void over its ceiling are moved down to it."""
     turn, tables, elsewhere = draft.shape.turn, [], 0
     for lamp in lamps:
         center = turn[:3, :3] @ lamp.center + turn[:3, 3]
@@ -121,11 +124,15 @@ def lamp_tables(draft: Draft, lamps: Iterable[Lamp], room: Room) -> list[dict]:
 
 
 def _under_the_ceiling(center: np.ndarray, room: Room) -> np.ndarray | None:
-    """Where in a room a luminaire of that middle (3,) hangs; None outside."""
+    """Place (3,) in a room of a luminaire with centre (3,): up to 0.6 m above the ceiling it is moved to the
+    ceiling.
+
+    None for a luminaire outside the room.
+    """
     near = 1e-6 * room.scale
     if places.is_inside(center - (0, 0, 2 * near), room)[0]:
         return np.minimum(center, room.bounds[1])
-    for down in np.arange(0.01, ABOVE, 0.01):
+    for down in np.arange(0.01, 0.6, 0.01):
         if places.is_inside(center - (0, 0, down), room)[0]:
             top = room.bounds[1, 2]
             flush = 0 <= top - (center[2] - down) <= 0.011

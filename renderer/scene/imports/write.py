@@ -1,4 +1,4 @@
-"""The scene file of what was read: one room, with what is in it, its meshes and photometric files beside."""
+"""The scene file of one imported room with the things in it, and its meshes and photometric files beside."""
 
 import re
 from pathlib import Path
@@ -10,35 +10,33 @@ from renderer.scene.imports import places
 from renderer.scene.imports.choice import renamed_finishes, rooms_and_things
 from renderer.scene.imports.draft import Draft, Written
 from renderer.scene.imports.obj_text import obj_text
-from renderer.scene.imports.record import DEFAULTS, Face, Finish, Imported, Space, Thing
+from renderer.scene.imports.record import (
+    ASSUMED_REFLECTANCES,
+    Imported,
+    ImportedFace,
+    ImportedFinish,
+    Space,
+    Thing,
+)
 from renderer.scene.imports.shape import assumed, shape_of, upright, with_finishes
-from renderer.scene.imports.tables import lamp_tables, object_tables
-from renderer.scene.imports.toml_text import clean, key, table
+from renderer.scene.imports.tables import luminaire_tables, object_tables
+from renderer.scene.imports.toml_text import clean, toml_key, toml_table
 from renderer.scene.reading import load
 from renderer.scene.room import Room
 from renderer.system.files import whole_file
 
-MOST_TRIED = 5
-"""Rooms that are tried, where none is asked for and one makes no scene."""
-MOST_DROPPED = 200
-"""Objects and luminaires that the scene may refuse before the import is given up."""
-REFUSED = re.compile(r": (objects|luminaires|photometers|photometer_grids|camera)(?:\[(\d+)\])?(.*)",
-                     re.DOTALL)
-"""What of a scene a message refuses."""
-SHOWN = 40
-"""Lines of what was not carried over that a scene file lists."""
-
 
 def write_scene(found: Imported, target: Path, chosen: str | None = None) -> Written:
-    """Write a scene of one room of what was read. Raises InputError.
+    """Write a scene of one room of a file. Raises InputError.
 
-    target : the scene file; chosen : the room's name; else the first that makes a scene, of those with lamps,
-    then of those with furniture, the largest first
+    target : the scene file
+    chosen : the room's name; None for the first of the five most likely rooms that makes a scene: rooms with
+        lamps before rooms with furniture, larger ones first
     """
     found = renamed_finishes(found)
     spaces, things, notes = rooms_and_things(found, chosen)
     refused: list[InputError] = []
-    for space in spaces[:MOST_TRIED]:
+    for space in spaces[:5]:
         written = Written([], space.name, sorted(each.name for each in found.spaces or spaces),
                           list(found.not_carried),
                           [*found.notes, *notes, *(str(fault) for fault in refused)])
@@ -51,14 +49,15 @@ def write_scene(found: Imported, target: Path, chosen: str | None = None) -> Wri
 
 def _write(found: Imported, space: Space, things: list[Thing], target: Path, written: Written) -> Written:
     faces, kinds = with_finishes(space.faces)
-    finishes = {**found.finishes, **{assumed(kind): Finish(assumed(kind), DEFAULTS[kind]) for kind in kinds}}
+    finishes = {**found.finishes, **{
+        assumed(kind): ImportedFinish(assumed(kind), ASSUMED_REFLECTANCES[kind]) for kind in kinds}}
     if kinds:
         written.notes.append("The file gives no reflectance for some of " + ", ".join(kinds) + ": "
-                             + ", ".join(f"{DEFAULTS[kind]:g}" for kind in kinds) + " is assumed")
+                             + ", ".join(f"{ASSUMED_REFLECTANCES[kind]:g}" for kind in kinds) + " is assumed")
     draft = Draft(target, shape_of(faces), finishes, written)
     room_table, room = _room(draft, faces, found.title)
     objects = object_tables(draft, things, room)
-    lamps = lamp_tables(draft, found.lamps, room)
+    lamps = luminaire_tables(draft, found.lamps, room)
     _settled(draft, found.title, room_table, objects, lamps, room)
     return written
 
@@ -80,9 +79,11 @@ def _room_table(draft: Draft) -> dict:
     return {"mesh": draft.beside("room.obj", obj_text(shape.faces)), "up": "z", "units": "m"}
 
 
-def _room(draft: Draft, faces: list[Face], title: str) -> tuple[dict, Room]:
-    """The room's table, and the room as the program reads it. Faces that do not close are replaced by upright
-    walls around their floor. Raises InputError."""
+def _room(draft: Draft, faces: list[ImportedFace], title: str) -> tuple[dict, Room]:
+    """The room's table, and the room that a load of it gives.
+
+    Faces that do not close are replaced by upright walls around their floor. Raises InputError.
+    """
     try:
         return _read(draft, title)
     except InputError as refused:
@@ -113,20 +114,21 @@ def _read(draft: Draft, title: str) -> tuple[dict, Room]:
 
 def _settled(draft: Draft, title: str, room_table: dict, objects: list[dict], lamps: list[dict],
              room: Room) -> None:
-    """Write the scene; what it refuses of what was read is left out, and listed."""
+    """Write the scene without the objects and luminaires that a load of it refuses, and list these."""
     boxes = np.array([_extent_of(entry, draft) for entry in objects]).reshape(-1, 2, 3)
     spot, apart = places.middle(draft.shape, room)
-    camera = places.camera(room, boxes)
+    camera = places.camera_table(room, boxes)
     parts = {"luminaires": lamps, "objects": objects, "photometers": _meter(spot, room, boxes),
-             "photometer_grids": [places.grid(room)], "camera": [camera] if camera else []}
-    for _ in range(MOST_DROPPED):
+             "photometer_grids": [places.grid_table(room)], "camera": [camera] if camera else []}
+    for _ in range(200):
         parts["luminaires"] = parts["luminaires"] or [_panel(spot, apart)]
         with whole_file(draft.target) as part:
             part.write_text(_text(draft, title, room_table, parts), encoding="utf-8")
         try:
             load(draft.target)
         except InputError as fault:
-            said = REFUSED.search(str(fault))
+            said = re.search(r": (objects|luminaires|photometers|photometer_grids|camera)(?:\[(\d+)\])?(.*)",
+                             str(fault), re.DOTALL)
             if said is None or not parts[said[1]]:
                 draft.target.unlink()
                 raise
@@ -137,7 +139,7 @@ def _settled(draft: Draft, title: str, room_table: dict, objects: list[dict], la
 
 
 def _leave_out(draft: Draft, parts: dict, said: re.Match) -> None:
-    """Take out of the scene what a message refuses; of what was read it is listed."""
+    """Remove the entry that a message refuses; an imported one is listed."""
     gone = parts[said[1]].pop(int(said[2] or 0))
     if said[1] in ("objects", "luminaires"):
         draft.remove(gone.get("mesh"))
@@ -146,7 +148,7 @@ def _leave_out(draft: Draft, parts: dict, said: re.Match) -> None:
 
 
 def _meter(spot: np.ndarray, room: Room, boxes: np.ndarray) -> list[dict]:
-    """A meter on the working plane under a place (3,), or near it where that is in a thing's extent."""
+    """A meter on the working plane below a place (3,), or at the nearest place outside things' extents."""
     meter = np.array([*spot[:2], places.height_of_plane(room)])
     if not places.is_inside(meter, room)[0] or places.in_boxes(meter[None], boxes)[0]:
         free = places.free_places(room, boxes, meter[2])
@@ -158,14 +160,14 @@ def _meter(spot: np.ndarray, room: Room, boxes: np.ndarray) -> list[dict]:
 
 def _panel(spot: np.ndarray, apart: float) -> dict:
     """A luminaire for a room without one."""
-    side = min(places.PANEL, apart)
+    side = min(0.6, apart)
     return {"name": "panel", "shape": "rectangle", "center": list(spot), "normal": [0.0, 0.0, -1.0],
             "size": [side, side], "flux": 4000.0,
             "remark": "the file has no luminaire in this room: put yours here"}
 
 
 def _extent_of(entry: dict, draft: Draft) -> np.ndarray:
-    """Extent (2, 3) of an object's table."""
+    """Extent (2, 3) [m] of an object, from its table."""
     if "size" in entry:
         low = np.array(entry["position"])
         return np.array([low, low + entry["size"]])
@@ -182,30 +184,31 @@ def _text(draft: Draft, title: str, room_table: dict, parts: dict[str, list[dict
                  + " m of the file.")
     if written.not_carried:
         lines.append("# Not carried over:")
-        lines += [f"#   {clean(each, 300)}" for each in written.not_carried[:SHOWN]]
-        if len(written.not_carried) > SHOWN:
-            lines.append(f"#   and {len(written.not_carried) - SHOWN} more")
+        lines += [f"#   {clean(each, 300)}" for each in written.not_carried[:40]]
+        if len(written.not_carried) > 40:
+            lines.append(f"#   and {len(written.not_carried) - 40} more")
     own = room_table.get("surfaces")
     used = {name for key, name in room_table.items() if key in ("floor", "ceiling") or key.startswith("wall")}
     used |= set((own or {}).values()) | {face.finish for face in draft.shape.faces}
     for entry in parts.get("objects", ()):
         used |= {entry["material"], *(entry.get("materials") or ())}
-    text = "\n".join(lines) + f"\n\n{table('', {'title': clean(title) or 'Room'}).lstrip()}\n"
-    text += table("[room]", {key: item for key, item in room_table.items() if key != "surfaces"})
-    text += table("[room.surfaces]", own) if own else ""
+    text = "\n".join(lines) + f"\n\n{toml_table('', {'title': clean(title) or 'Room'}).lstrip()}\n"
+    text += toml_table("[room]", {key: item for key, item in room_table.items() if key != "surfaces"})
+    text += toml_table("[room.surfaces]", own) if own else ""
     text += "\n" + "".join(_material(draft.finishes[name]) for name in sorted(used - {None}))
     for name, entries in parts.items():
         for entry in entries:
             values = {key: item for key, item in entry.items() if key != "remark"}
             head = "[camera]" if name == "camera" else f"[[{name}]]"
-            text += "\n" + table(head, values, entry.get("remark", ""))
+            text += "\n" + toml_table(head, values, entry.get("remark", ""))
     return text
 
 
-def _material(finish: Finish) -> str:
+def _material(finish: ImportedFinish) -> str:
+    head = f"[materials.{toml_key(finish.name)}]"
     if finish.rgb is not None:
-        return table(f"[materials.{key(finish.name)}]", {"rgb": list(finish.rgb)}, finish.remark)
+        return toml_table(head, {"rgb": list(finish.rgb)}, finish.remark)
     if finish.reflectance is not None:
-        return table(f"[materials.{key(finish.name)}]", {"reflectance": finish.reflectance}, finish.remark)
-    return table(f"[materials.{key(finish.name)}]", {"reflectance": DEFAULTS["furniture"]},
-                 finish.remark or "the file gives no reflectance: assumed")
+        return toml_table(head, {"reflectance": finish.reflectance}, finish.remark)
+    return toml_table(head, {"reflectance": ASSUMED_REFLECTANCES["furniture"]},
+                      finish.remark or "the file gives no reflectance: assumed")

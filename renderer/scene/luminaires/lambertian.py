@@ -1,4 +1,4 @@
-"""Luminaires that emit as a cosine, and the point alike in all directions: all in closed form."""
+"""Luminaires with closed forms: Lambertian faces and points, and the isotropic point."""
 
 from dataclasses import dataclass
 
@@ -8,12 +8,13 @@ from renderer.radiometry.polygons import exchange_areas, exchanged, polygon_fact
 from renderer.scene.luminaires.luminaire import ExtendedLuminaire, PointLuminaire
 
 FAR_PATCH_SHARE = 1 / 64
-"""A patch whose diagonal is below this share of its distance to a luminaire has its light from its
-middle: light that falls as 1/d² over that distance has a mean within 6/24 · (1/64)² of it, 6e-5."""
+"""Largest diagonal of a patch, relative to its distance from a luminaire, for which the illuminance at its
+centre stands for its mean: light that falls as 1/d² has a mean within 6/24 · (1/64)² = 6e-5 of the value
+there."""
 
 
 class IsotropicPoint(PointLuminaire):
-    """A point that emits alike in all directions."""
+    """A point with the same intensity in all directions."""
 
     lumens_per_candela = 4 * np.pi
 
@@ -34,7 +35,7 @@ class _Cosine:
 
 
 class LambertianPoint(_Cosine, PointLuminaire):
-    """A point that emits as the cosine about its normal."""
+    """A point whose intensity is as the cosine of the angle from its normal."""
 
     def share_on(self, mesh, patch: np.ndarray) -> np.ndarray:
         center, normal = (np.broadcast_to(x, (len(patch), 3)) for x in (self.center, self.normal))
@@ -43,7 +44,7 @@ class LambertianPoint(_Cosine, PointLuminaire):
 
 @dataclass(frozen=True)
 class LambertianFace(_Cosine, ExtendedLuminaire):
-    """A flat rectangle or disc that emits as the cosine about its normal, from its front alone."""
+    """A flat rectangle or disc that emits from its front by Lambert's cosine law."""
 
     def illuminance(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
         corners = np.broadcast_to(self.outline, (len(points), *self.outline.shape))
@@ -60,15 +61,15 @@ class LambertianFace(_Cosine, ExtendedLuminaire):
         whole = (height >= -slack).all(axis=1) & (side[..., 0] >= -slack).all(axis=1)
         whole &= _in_front(mesh, patch, self.center)
         flux[whole] = self._on_whole(mesh, patch[whole])
-        # The luminaire's plane cuts these patches, or theirs cuts it.
+        # The luminaire's plane cuts these patches, or their plane cuts the luminaire.
         flux[~whole & (height > slack).any(axis=1) & (side[..., 0] > slack).any(axis=1)] = np.nan
         return flux
 
     def _on_whole(self, mesh, patch: np.ndarray) -> np.ndarray:
-        """Share of its lumens on patches wholly before it, as it is before them (k,)."""
+        """Share (k,) of the luminaire's lumens on patches that lie wholly before it, and it before them."""
         away = mesh.centroid[patch] - self.center
         radius = np.linalg.norm(self.outline - self.center, axis=1).max()
-        distance = np.maximum(away @ self.normal, np.linalg.norm(away, axis=1) - radius)  # at the least
+        distance = np.maximum(away @ self.normal, np.linalg.norm(away, axis=1) - radius)  # lower bound
         diagonal = np.linalg.norm(mesh.corners[patch, 2] - mesh.corners[patch, 0], axis=1)
         far = diagonal < FAR_PATCH_SHARE * distance
         outline = np.broadcast_to(self.outline, (len(patch), *self.outline.shape))
@@ -80,12 +81,12 @@ class LambertianFace(_Cosine, ExtendedLuminaire):
 
 
 def _in_front(mesh, patch: np.ndarray, center: np.ndarray) -> np.ndarray:
-    """Whether a point (3,) lies before patches (k,): a tilted face is in its own plane to within rounding."""
+    """Whether a point (3,) lies before patches (k,), beyond the rounding of a tilted patch's own plane."""
     return np.einsum("ki,ki->k", center - mesh.centroid[patch], mesh.normal[patch]) > 1e-12 * mesh.scale
 
 
 def _solid_angles(corners: np.ndarray) -> np.ndarray:
-    """Solid angles (k,) [sr] of quadrilaterals (k, 4, 3) seen from the origin (van Oosterom and
+    """Solid angles (k,) [sr] of quadrilaterals (k, 4, 3) seen from the origin (A. van Oosterom and J.
     Strackee, IEEE Trans. Biomed. Eng. 30, 1983)."""
     total = 0.0
     for second, third in ((1, 2), (2, 3)):

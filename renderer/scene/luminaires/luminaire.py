@@ -1,8 +1,9 @@
-"""Luminaires: where light starts, how much, and in which directions.
+"""Luminaires: place, luminous flux and distribution of light.
 
-A kind of luminaire is a class that answers for itself: what it sends to a point and to a patch, where rays
-to it go, how large and how far it is. A new kind derives from `PointLuminaire` or `OpeningLuminaire` of
-opening.py and gives its `intensity`; it overrides what else it has in closed form.
+Each kind of luminaire is a class with the illuminance that it gives at points and on patches, the points on
+it that rays aim at, its size and its distance. A new kind derives from `PointLuminaire`, or from
+`OpeningLuminaire` in opening.py, and defines its `intensity`; it overrides other methods where it has a
+closed form.
 """
 
 from abc import ABC, abstractmethod
@@ -14,19 +15,17 @@ from renderer.radiometry.quadrature import flux_on_patches
 from renderer.scene.geometry import Rectangle
 from renderer.scene.luminaires.outline import Outline
 
-LONGEST_PIECE = 0.3
-"""A piece of an opening or patch is at most this share of its distance long, so that two Gauss points each
-way integrate it; less where intensities have finer detail."""
-SMALLEST_PIECE = 0.05
-"""The smallest piece of a patch, in sides of the luminous opening: where that touches a patch its light is
-bounded."""
+MAX_PIECE_SHARE = 0.3
+"""Largest length of a piece of an opening or patch, relative to its distance, that two Gauss points each way
+integrate; intensities with finer detail need shorter pieces."""
 
 
 @dataclass(frozen=True)
 class Luminaire(ABC):
     """A light source.
 
-    center : (3,) [m]; normal : (3,) unit, the way flat sources, Lambertian points and nadirs face
+    center : (3,) [m]
+    normal : (3,) unit vector: front of a flat source, axis of a Lambertian point, photometric nadir
     lumens : luminous flux [lm]
     """
 
@@ -36,65 +35,67 @@ class Luminaire(ABC):
     lumens: float
 
     is_point = False
-    """Whether it has no extent."""
+    """Whether the luminaire has no extent."""
     lambertian = False
-    """Whether it emits as the cosine about its normal by its kind."""
+    """Whether the luminaire emits by Lambert's cosine law."""
     forward_only = False
-    """Whether no light leaves it backward, against its normal."""
+    """Whether all light leaves to the side of the normal."""
     distribution = None
-    """The measured intensities, of one from a photometric file."""
+    """Measured intensities of a luminaire from a photometric file; None for others."""
     opening = ()
-    """Flat faces of its luminous opening, where those send the light."""
+    """Flat faces of the luminous opening, for luminaires whose light leaves from them."""
     area = 0.0
-    """Area of its body [m²]."""
+    """Area of the body [m²]."""
     rectangle = None
-    """The outline as a rectangle, where it is one."""
+    """The outline as a Rectangle; None for other outlines."""
     outline = None
-    """Corners (k, 3) [m] of its opaque body, counter-clockwise seen from the front; None for a point."""
+    """Corners (k, 3) [m] of the opaque body, counter-clockwise seen from the front; None for a point."""
     axes = np.eye(3)
-    """Unit directions (3, 3) that its intensities are counted from: of C0, C90 and the nadir."""
-    longest_piece = LONGEST_PIECE
-    """Length of a piece over its distance, across which its intensities are about linear."""
+    """Unit vectors (3, 3) along C0, C90 and the nadir."""
+    longest_piece = MAX_PIECE_SHARE
+    """Length of a piece, relative to its distance, across which intensities are about linear."""
 
     @abstractmethod
     def intensity(self, away: np.ndarray) -> np.ndarray:
-        """Luminous intensity (…) per lumen [cd/lm] along unit directions (…, 3) that leave it."""
+        """Luminous intensity (…) per lumen [cd/lm] along unit directions (…, 3) away from the luminaire."""
 
     @abstractmethod
     def illuminance(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Illuminance per lumen (k,) [lx/lm = m⁻²] at points (k, 3) [m] on planes of unit normals (k, 3),
-        nothing standing between."""
+        """Unobstructed illuminance (k,) per lumen [lx/lm = m⁻²] at points (k, 3) [m] on planes with unit
+        normals (k, 3)."""
 
     @abstractmethod
     def projected_area(self, away: np.ndarray) -> np.ndarray:
-        """Luminous area (…) [m²] as seen from unit directions (…, 3); 0 for a point."""
+        """Projected luminous area (…) [m²] toward unit directions (…, 3); 0 for a point."""
 
     @property
     @abstractmethod
     def corners(self) -> np.ndarray:
-        """Corners (k, 3) [m] of its outline; the centre of a point."""
+        """Corners (k, 3) [m] of the outline; the centre of a point."""
 
     @abstractmethod
     def spread(self, square: np.ndarray) -> np.ndarray:
-        """Points all over it (…, 3) [m], evenly, from points of the unit square (…, 2)."""
+        """Points (…, 3) [m] of even density on the luminaire, from points (…, 2) of the unit square."""
 
     @abstractmethod
     def distance(self, away: np.ndarray) -> np.ndarray:
-        """Distance [m] of points at `away` (k, 3) from its centre (k,)."""
+        """Distance (k,) [m] of points from the luminaire; away : (k, 3) [m] from its centre."""
 
     @abstractmethod
     def may_light(self, corners: np.ndarray, normals: np.ndarray, slack: float) -> np.ndarray:
-        """Whether light of it may reach elements (k, c, 3) [m] of unit normals (k, 3); what is nearer than
-        `slack` [m] to a plane counts as in it (k,)."""
+        """Whether light may reach elements (k,) with corners (k, c, 3) [m] and unit normals (k, 3).
+
+        slack : [m], distance within which a point counts as in a plane
+        """
 
     def share_on(self, mesh, patch: np.ndarray) -> np.ndarray:
-        """Share of its lumens that each patch of the room's mesh would receive if nothing stood between (k,);
-        NaN where only a sum over points of the patch says.
+        """Share (k,) of the lumens that each patch of the mesh receives without obstruction.
 
-        Here patches are halved until short, twice as long as pieces of an opening: what one receives too
-        much, its neighbour receives too little.
+        NaN for a patch that needs a sum over points on it. In this method patches are halved down to twice
+        the length of pieces of an opening; the errors of neighbouring pieces cancel.
         """
-        smallest = SMALLEST_PIECE * np.sqrt(max((face.area for face in self.opening), default=0.0))
+        # Light is bounded where the opening touches a patch, so pieces need not be shorter than this.
+        smallest = 0.05 * np.sqrt(max((face.area for face in self.opening), default=0.0))
 
         def longest(middle: np.ndarray) -> np.ndarray:
             offset = np.abs((middle - self.center) @ self.axes.T) - self.half_box
@@ -104,7 +105,8 @@ class Luminaire(ABC):
         return flux_on_patches(mesh, patch, self._may_reach(mesh, patch), self.illuminance, longest)
 
     def _may_reach(self, mesh, patch: np.ndarray) -> np.ndarray:
-        """Which patches may receive light: some of the opening before them, some of them before it (k,)."""
+        """Whether patches (k,) may receive light: part of the opening is before them, and part of them before
+        it."""
         slack, half = 1e-9 * mesh.scale, self.half_box
         normal = mesh.normal[patch]
         height = ((self.center - mesh.centroid[patch]) * normal).sum(axis=1)
@@ -115,19 +117,19 @@ class Luminaire(ABC):
 
     @property
     def half_box(self) -> np.ndarray:
-        """Half the box around its luminous opening (3,) [m], along its axes."""
+        """Half the sides (3,) [m], along `axes`, of the box around the luminous opening."""
         return np.zeros(3)
 
     def brought(self, places: np.ndarray, normals: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """What light from points (k, n, 3) all over it brings to places (k, 1 or n, 3) of these normals
-        (k, 1, 3), but for a factor."""
+        """Illuminance (k, n), up to a factor, at places (k, 1 or n, 3) with normals (k, 1, 3) from points (k,
+        n, 3) on the luminaire."""
         reach = targets - places
         distance = np.sqrt(np.maximum(np.einsum("kni,kni->kn", reach, reach), 1e-200))
         incidence = np.einsum("kni,ki->kn", reach, normals[:, 0]).clip(0)
         return incidence * self.intensity(-reach / distance[..., None]) / distance**3
 
     def luminance(self, away: np.ndarray) -> np.ndarray:
-        """Luminance (…) per lumen [cd/m²/lm] along unit directions (…, 3): all of its opening alike."""
+        """Luminance (…) per lumen [cd/m²/lm] along unit directions (…, 3), uniform over the opening."""
         seen = self.projected_area(away)
         return np.where(seen > 0, self.intensity(away) / np.where(seen > 0, seen, 1.0), 0.0)
 
@@ -137,18 +139,18 @@ class Luminaire(ABC):
 
     @property
     def extremes(self) -> np.ndarray:
-        """Points (k, 3) [m] along its edge and on its outer faces, all of which must be in the room."""
+        """Points (k, 3) [m] on the edge and the outer faces, all of which must be in the room."""
         return self.center[None]
 
     @property
     def geometry(self) -> list[np.ndarray]:
-        """What the light that it sends depends on but for its lumens, as arrays."""
+        """Arrays that the distribution of the luminaire's light depends on, without its lumens."""
         return [self.center, self.normal, np.array(type(self).__name__.encode()), self.corners]
 
 
 @dataclass(frozen=True)
 class PointLuminaire(Luminaire):
-    """A source without extent: I/d² arrives."""
+    """A source without extent, with illuminance by I/d²."""
 
     is_point = True
 
@@ -178,7 +180,7 @@ class PointLuminaire(Luminaire):
 
 @dataclass(frozen=True)
 class ExtendedLuminaire(Luminaire):
-    """A source with a body: an opaque sheet where the light does not come from its sides.
+    """A source with a body, an opaque sheet.
 
     body : its outline
     """
@@ -208,7 +210,7 @@ class ExtendedLuminaire(Luminaire):
         return self.body.spread(square)
 
     def aimed(self, places: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points on its face that rays from places go to, as `Outline.aimed`."""
+        """Points on the face that rays from places aim at, as `Outline.aimed`."""
         return self.body.aimed(places, square)
 
     def distance(self, away: np.ndarray) -> np.ndarray:
@@ -222,7 +224,7 @@ class ExtendedLuminaire(Luminaire):
 
     @property
     def extremes(self) -> np.ndarray:
-        # Along its edge: its ends may be in two arms of a room and it not.
+        # Points along the edge: its ends may be in two arms of a room and its middle outside.
         part = np.arange(8)[:, None, None] / 8
         rim = (1 - part) * self.outline + part * np.roll(self.outline, -1, axis=0)
         outer = [self.center + face.middle for face in self.opening]

@@ -1,4 +1,4 @@
-"""Luminaires as a scene file's tables describe them."""
+"""Luminaires from the tables of a scene file."""
 
 from dataclasses import replace
 
@@ -7,27 +7,18 @@ import numpy as np
 from renderer.scene.luminaires.lambertian import IsotropicPoint, LambertianFace, LambertianPoint
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.luminaires.measured import MeasuredOpening, MeasuredPoint
-from renderer.scene.luminaires.opening import Face
+from renderer.scene.luminaires.opening import OpeningFace
 from renderer.scene.luminaires.outline import ellipse, ellipse_about, rectangle_about
 from renderer.scene.photometric.record import Photometry
 from renderer.scene.photometric.shapes import NADIR, Cylinder, Ellipsoid, Shape
 
-MIN_OPENING_WIDTH = 1e-3
-"""A luminous opening [m] that is a line is this wide."""
-SMALL_OPENING = 0.2
-"""A luminous opening no longer than this [m] in any direction sends its light from a plate through its
-middle: at
-five times its length that is within 1 % of its true faces, and from afar I/d² arrives, d from the middle."""
-SPHERE_PLATE = 0.01
-"""Size of the plate that stands for an ellipsoid, relative to it: a sphere sends I/d² at any distance."""
-ROUND_OPENING_SIDES = 8
-"""Flat sides that a round luminous opening with height has."""
-
 
 def make_luminaires(table, photometry: Photometry | None) -> list[Luminaire]:
-    """The luminaires that a validated table of the scene file describes: one, or an array of them.
+    """The luminaires of a validated table of the scene file: one, or an array of them.
 
-    photometry : what the table's file states, of shape "ies". Raises ValueError with a sentence.
+    photometry : of the table's file, for shape "ies"
+
+    Raises ValueError with a sentence.
     """
     normal = np.array(table.normal or (0.0, 0.0, -1.0))
     normal = normal / np.abs(normal).max()
@@ -75,7 +66,7 @@ def _measured(table, normal: np.ndarray, along: np.ndarray, photometry: Photomet
     says = {"distribution": photometry.distribution, "axes": axes}
     if not (shape.length or shape.width or shape.height):
         return MeasuredPoint(table.name, center, normal, lumens, **says)
-    length, width = max(shape.length, MIN_OPENING_WIDTH), max(shape.width, MIN_OPENING_WIDTH)
+    length, width = max(shape.length, 1e-3), max(shape.width, 1e-3)  # a line is 1 mm wide
     # Seen from the front, C0 to C90 is clockwise.
     if _is_round(shape):
         body = ellipse_about(center, normal, axes[0] * length / 2, -axes[1] * width / 2)
@@ -86,38 +77,43 @@ def _measured(table, normal: np.ndarray, along: np.ndarray, photometry: Photomet
 
 
 KINDS = {"rectangle": _rectangle, "disc": _disc, "point": _point}
-"""What makes the luminaires of each shape that is not a file's."""
+"""Functions that make a luminaire of each shape; shape "ies" is made by `_measured`."""
 
 
 def _is_round(shape: Shape) -> bool:
-    """Whether an opening is round seen from the nadir; a lying cylinder is taken as the box around it."""
+    """Whether an opening is round seen from the nadir; a lying cylinder counts as the box around it."""
     return isinstance(shape, Ellipsoid) or (isinstance(shape, Cylinder) and shape.axis == NADIR)
 
 
-def _opening(shape: Shape, length: float, width: float, axes: np.ndarray) -> tuple[Face, ...]:
-    """Front, back and sides of a luminous opening, normals outward."""
-    scale = SPHERE_PLATE if isinstance(shape, Ellipsoid) else 1.0
-    height = 0.0 if isinstance(shape, Ellipsoid) or shape.extent.max() <= SMALL_OPENING else shape.height
+def _opening(shape: Shape, length: float, width: float, axes: np.ndarray) -> tuple[OpeningFace, ...]:
+    """Front, back and sides of a luminous opening, normals outward.
+
+    A sphere gives I/d² at any distance, so a plate of 1 % of its size stands for an ellipsoid. A plate also
+    stands for an opening of up to 0.2 m: at five times its length the illuminance is within 1 % of that of
+    its true faces.
+    """
+    scale = 0.01 if isinstance(shape, Ellipsoid) else 1.0
+    height = 0.0 if isinstance(shape, Ellipsoid) or shape.extent.max() <= 0.2 else shape.height
     u, v, down = scale * length * axes[0], scale * width * axes[1], height / 2 * axes[2]
     if not _is_round(shape):
-        faces = [Face(down, u, v, axes[2]), Face(-down, u, v, -axes[2])]
+        faces = [OpeningFace(down, u, v, axes[2]), OpeningFace(-down, u, v, -axes[2])]
         if height:
             for edge, other in ((u, v), (v, u)):
                 n = edge / np.linalg.norm(edge)
-                faces += [Face(edge / 2, other, 2 * down, n), Face(-edge / 2, other, 2 * down, -n)]
+                faces += [OpeningFace(side * edge / 2, other, 2 * down, side * n) for side in (1, -1)]
         return tuple(faces)
-    faces = [Face(down, u / 2, v / 2, axes[2], True), Face(-down, u / 2, v / 2, -axes[2], True)]
+    faces = [OpeningFace(down, u / 2, v / 2, axes[2], True), OpeningFace(-down, u / 2, v / 2, -axes[2], True)]
     if height:
-        rim = ellipse(np.zeros(3), u / 2, v / 2, ROUND_OPENING_SIDES)
+        rim = ellipse(np.zeros(3), u / 2, v / 2, 8)
         for a, b in zip(rim, np.roll(rim, -1, axis=0), strict=True):
             n = np.cross(b - a, axes[2])
             n *= np.sign(n @ (a + b)) / np.linalg.norm(n)
-            faces.append(Face((a + b) / 2, b - a, 2 * down, n))
+            faces.append(OpeningFace((a + b) / 2, b - a, 2 * down, n))
     return tuple(faces)
 
 
 def _across(normal: np.ndarray, up) -> np.ndarray:
-    """A unit vector in the luminaire's plane, along `up` where that is given."""
+    """A unit vector in the luminaire's plane, along `up` where that is given. Raises ValueError."""
     direction = np.array(up) if up is not None else np.eye(3)[np.abs(normal).argmin()]
     direction = direction - (direction @ normal) * normal
     length = np.linalg.norm(direction)

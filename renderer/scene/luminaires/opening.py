@@ -1,5 +1,8 @@
-"""Luminaires that shine through an opening with intensities of their own: every place of it sends its share
-of the intensity in each direction, so that from afar I/d² arrives."""
+"""Luminaires with intensities that leave through an opening.
+
+Every place of the opening sends its share of the intensity in each direction, so that the illuminance far
+away is I/d².
+"""
 
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -11,20 +14,16 @@ from renderer.scene.luminaires.luminaire import ExtendedLuminaire
 from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads
 
-DEEPEST = 36
-"""Halvings of an opening at the most."""
-APART, DENSE = 0.3, 1.6
-"""A point farther from a face than this share of its longer side sees it by one rule; how many places that
-has for each length that a part may have."""
-SECTORS = 8
-POINTS = 1 << 13
+POINTS_PER_BATCH = 1 << 13
 
 
 @dataclass(frozen=True)
-class Face:
-    """A flat part of a luminous opening, given from the luminaire's centre.
+class OpeningFace:
+    """A flat part of a luminous opening, relative to the luminaire's centre.
 
-    middle : (3,) [m]; u, v : (3,) [m] edges of a rectangle, or half axes of an ellipse; normal : (3,) unit
+    middle : (3,) [m]
+    u, v : (3,) [m] edges of a rectangle, or half axes of an ellipse
+    normal : (3,) unit vector
     """
 
     middle: np.ndarray
@@ -39,7 +38,7 @@ class Face:
         return float(np.linalg.norm(np.cross(self.u, self.v))) * (np.pi if self.elliptic else 1.0)
 
     def at(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Points (…, 3) [m] from the unit square, equal areas from equal areas."""
+        """Points (…, 3) [m] of the face from coordinates of the unit square, with areas in proportion."""
         if self.elliptic:
             r, turn = np.sqrt(s)[..., None], 2 * np.pi * t[..., None]
             return self.middle + r * (np.cos(turn) * self.u + np.sin(turn) * self.v)
@@ -48,25 +47,28 @@ class Face:
 
 @dataclass(frozen=True)
 class OpeningLuminaire(ExtendedLuminaire):
-    """A source whose flat faces send an intensity that is given by direction.
+    """A source whose flat faces send an intensity given by direction.
 
-    opening : the faces, from its centre
+    opening : the faces, relative to the centre
     """
 
-    opening: tuple[Face, ...] = field()
+    opening: tuple[OpeningFace, ...] = field()
 
     table_lumens = 1.0
-    """Luminous flux [lm] of what `toward` returns."""
+    """Luminous flux [lm] of the intensities that `toward` returns."""
 
     def toward(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Luminous intensity (…) [cd], of `table_lumens`, along directions of any length, by components (…)
-        along its axes."""
+        """Luminous intensity (…) [cd] at `table_lumens` along directions of any length, given by components
+        (…) along `axes`."""
         away = np.stack(np.broadcast_arrays(x, y, z), axis=-1) @ self.axes
         return self.intensity(away / np.maximum(np.linalg.norm(away, axis=-1), 1e-300)[..., None])
 
     def illuminance(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """As `Luminaire.illuminance`. The opening's luminance toward a direction is I over its projected area
-        (CIE 117), all of it alike: E = Σ_faces ∫ I(d) cos θ_face / A_p(d) · cos θ / r² dA."""
+        """As `Luminaire.illuminance`: E = Σ_faces ∫ I(d) cos θ_face / A_p(d) · cos θ / r² dA.
+
+        The opening's luminance toward a direction is I over its projected area (CIE 117-1995), uniform over
+        the opening.
+        """
         light = np.zeros(len(points))
 
         def work(start: int, stop: int) -> None:
@@ -74,15 +76,15 @@ class OpeningLuminaire(ExtendedLuminaire):
             for face in self.opening:
                 middle = self.center + face.middle
                 ahead = (p - middle) @ face.normal
-                # How far the face reaches over the point's horizon.
+                # Height of the face above the point's horizon.
                 spread = np.abs(n @ face.u) + np.abs(n @ face.v)
                 above = ((middle - p) * n).sum(axis=1) + spread > 0
-                # In the plane of a plate that stands for a solid the front sends what both would.
+                # In the plane of a plate that stands for a solid, the front sends the light of both faces.
                 before = ahead >= 0 if face is self.opening[0] and len(self.opening) == 2 else ahead > 0
                 lit = np.flatnonzero(before & above)
                 light[start + lit] += _from_face(p[lit], n[lit], self, face)
 
-        in_threads(work, len(points), POINTS)
+        in_threads(work, len(points), POINTS_PER_BATCH)
         return light
 
     def projected_area(self, away: np.ndarray) -> np.ndarray:
@@ -102,38 +104,41 @@ class OpeningLuminaire(ExtendedLuminaire):
         return [*super().geometry, self.axes, np.array([[f.middle, f.u, f.v] for f in self.opening])]
 
 
-def _from_face(p: np.ndarray, n: np.ndarray, luminaire: OpeningLuminaire, face: Face) -> np.ndarray:
-    """What one face sends (k,) [m⁻²]: by one rule of Gauss over all of it from afar, else halved."""
+def _from_face(p: np.ndarray, n: np.ndarray, luminaire: OpeningLuminaire, face: OpeningFace) -> np.ndarray:
+    """Illuminance per lumen (k,) [m⁻²] from one face: by one Gauss rule over the face for points farther away
+    than 0.3 of its longer side, by halving for nearer ones."""
     light = np.zeros(len(p))
     sides = np.array([np.linalg.norm(edge) * (2 if face.elliptic else 1) for edge in (face.u, face.v)])
     frame = np.stack([face.u, face.v, face.normal])
     frame /= np.linalg.norm(frame, axis=1)[:, None]
     offset = np.abs((p - luminaire.center - face.middle) @ frame.T) - np.append(sides / 2, 0.0)
     far = np.linalg.norm(np.clip(offset, 0, None), axis=1)
-    whole = far > max(sides) * APART
+    whole = far > max(sides) * 0.3
     near = np.flatnonzero(~whole)
     light[near] = _near_face(p[near], n[near], luminaire, face)
-    # From as far, as many places: one rule for all points of an octave.
+    # One rule for all points within an octave of distance.
     ring = np.floor(np.log2(np.where(whole, far, 1.0)))
     at, facing = (p - luminaire.center) @ luminaire.axes.T, n @ luminaire.axes.T
     for step in np.unique(ring[whole]):
         k = np.flatnonzero(whole & (ring == step))
         places, share = _rule(face, sides, luminaire.longest_piece * 2**step)
         places = places @ luminaire.axes.T
-        size = max(1, POINTS * 4 // len(places))
+        size = max(1, POINTS_PER_BATCH * 4 // len(places))
         for part in np.split(k, range(size, len(k), size)):
             light[part] = _sent(at[part, None], facing[part, None], places, luminaire, face) @ (
                 face.area * share)
     return light
 
 
-def _rule(face: Face, sides: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places (m, 3) [m] on a face and the share (m,) of its area that each stands for: two, and DENSE more
-    for each length `reach` [m] of its sides."""
-    if face.elliptic:  # along the radius, and evenly around
+def _rule(face: OpeningFace, sides: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places (m, 3) [m] on a face and the share (m,) of its area that each stands for.
+
+    Along each side there are two, and 1.6 more for each length `reach` [m] of the side.
+    """
+    if face.elliptic:  # along the radius, and at equal steps around
         counts = [2 + int(max(sides) / 2 / reach), 6 + 2 * int(np.pi * max(sides) / 2 / reach)]
     else:
-        counts = [2 + int(DENSE * side / reach) for side in sides]
+        counts = [2 + int(1.6 * side / reach) for side in sides]
     (s, ws), (t, wt) = (legendre(count) for count in counts)
     if face.elliptic:
         t, wt = 2 * np.arange(counts[1]) / counts[1] - 1, np.full(counts[1], 2 / counts[1])
@@ -141,16 +146,17 @@ def _rule(face: Face, sides: np.ndarray, reach: float) -> tuple[np.ndarray, np.n
     return face.at(s, t), np.outer(ws, wt).ravel() / 4
 
 
-def _near_face(p: np.ndarray, n: np.ndarray, luminaire: OpeningLuminaire, face: Face) -> np.ndarray:
-    """What one face sends (k,) [m⁻²] to points near it: halved until short for its distance."""
-    close = luminaire.longest_piece
-    turns = np.arange(SECTORS + 1) / SECTORS if face.elliptic else np.array([0.0, 1.0])
+def _near_face(p: np.ndarray, n: np.ndarray, luminaire: OpeningLuminaire, face: OpeningFace) -> np.ndarray:
+    """Illuminance per lumen (k,) [m⁻²] from one face at points near it, the face halved until each part is
+    short for its distance, at most 36 times."""
+    close, deepest = luminaire.longest_piece, 36
+    turns = np.arange(9) / 8 if face.elliptic else np.array([0.0, 1.0])  # an ellipse as eight sectors
     cells = np.array([[0.0, 1.0, a, b] for a, b in pairwise(turns)])
     who = np.repeat(np.arange(len(p)), len(cells))
     cells = np.tile(cells, (len(p), 1))
     light = np.zeros(len(p))
     at, facing = (p - luminaire.center) @ luminaire.axes.T, n @ luminaire.axes.T
-    for depth in range(DEEPEST + 1):
+    for depth in range(deepest + 1):
         if not len(who):
             break
         s0, s1, t0, t1 = cells.T
@@ -158,7 +164,7 @@ def _near_face(p: np.ndarray, n: np.ndarray, luminaire: OpeningLuminaire, face: 
             ((s0, (t0 + t1) / 2), (s1, (t0 + t1) / 2)), (((s0 + s1) / 2, t0), ((s0 + s1) / 2, t1)))]
         middle = luminaire.center + face.at((s0 + s1) / 2, (t0 + t1) / 2)
         far = np.linalg.norm(p[who] - middle, axis=1)
-        large = (np.maximum(*sides) > close * far) & (depth < DEEPEST)
+        large = (np.maximum(*sides) > close * far) & (depth < deepest)
         s, t, share = gauss_points(cells[~large])
         k = who[~large]
         sent = _sent(at[k, None], facing[k, None], face.at(s, t) @ luminaire.axes.T, luminaire, face)
@@ -168,11 +174,12 @@ def _near_face(p: np.ndarray, n: np.ndarray, luminaire: OpeningLuminaire, face: 
     return light
 
 
-def _sent(p, n, at, luminaire: OpeningLuminaire, face: Face) -> np.ndarray:
-    """From places (…, 3) on a face to points (…, 3) that face along n (…, 3), per area of the face (…) [m⁻⁴].
+def _sent(p, n, at, luminaire: OpeningLuminaire, face: OpeningFace) -> np.ndarray:
+    """Illuminance per lumen and area of the face (…) [m⁻⁴] from places (…, 3) to points (…, 3) with normals
+    (…, 3).
 
-    That is I / A_p · cos θ_face · cos θ / r², with A_p the opening's projected area; all along the
-    luminaire's own axes and from its centre.
+    It is I / A_p · cos θ_face · cos θ / r², with A_p the opening's projected area. Coordinates are along the
+    luminaire's axes, from its centre.
     """
     reach = [p[..., k] - at[..., k] for k in range(3)]
     distance2 = reach[0] * reach[0]
@@ -184,7 +191,7 @@ def _sent(p, n, at, luminaire: OpeningLuminaire, face: Face) -> np.ndarray:
     light /= distance2
     light /= np.sqrt(distance2, out=distance2)
     faces = [(each.area, luminaire.axes @ each.normal) for each in luminaire.opening]
-    if len(faces) == 2:  # the cosine cancels, and at grazing angles need not be divided
+    if len(faces) == 2:  # the cosine cancels, without a division by 0 at grazing angles
         light /= face.area * luminaire.table_lumens
         return light
     seen = sum(area * _along(reach, normal) for area, normal in faces)
@@ -193,7 +200,7 @@ def _sent(p, n, at, luminaire: OpeningLuminaire, face: Face) -> np.ndarray:
 
 
 def _along(reach: list[np.ndarray], n: np.ndarray) -> np.ndarray:
-    """How far components (…) each reach along n (3,) or (…, 3), at least 0."""
+    """Scalar product (…) of vectors, given by components (…), with n (3,) or (…, 3), at least 0."""
     total = reach[0] * n[..., 0]
     for x, component in zip(reach[1:], np.moveaxis(n[..., 1:], -1, 0), strict=True):
         total += x * component

@@ -1,27 +1,27 @@
-"""The outline of a luminaire with an extent: where rays to it go, how far it is, and how it is divided."""
+"""The outline of a luminaire: the points that rays aim at, its distance, its division into patches."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from renderer.scene.geometry import Rectangle, grid
+from renderer.scene.geometry import Rectangle, rectangle_grid
 from renderer.system.lazy import cached_property
-
-DISC_CORNERS = 64
-MIN_AIM_HEIGHT = 1e-6
-"""Height above an outline, relative to its sides, below which a place is as good as in its plane."""
 
 
 @dataclass(frozen=True)
 class Outline(ABC):
-    """A flat convex outline. center : (3,) [m]; normal : (3,) unit, of its front"""
+    """A flat convex outline.
+
+    center : (3,) [m]
+    normal : (3,) unit vector of the front
+    """
 
     center: np.ndarray
     normal: np.ndarray
 
     rectangle = None
-    """The outline as a `Rectangle`, where it is one."""
+    """The outline as a `Rectangle`; None for others."""
 
     @property
     @abstractmethod
@@ -31,12 +31,12 @@ class Outline(ABC):
     @property
     @abstractmethod
     def width(self) -> float:
-        """Its shorter side, or its diameter [m]."""
+        """The shorter side or the diameter [m]."""
 
     @property
     @abstractmethod
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """A corner and two edges (3,) [m] of the rectangle around it."""
+        """A corner and two edges (3,) [m] of the rectangle around the outline."""
 
     @abstractmethod
     def moved(self, shift: np.ndarray) -> "Outline":
@@ -44,19 +44,19 @@ class Outline(ABC):
 
     @abstractmethod
     def spread(self, square: np.ndarray) -> np.ndarray:
-        """Points all over it (…, 3) [m], evenly, from points of the unit square (…, 2)."""
+        """Points (…, 3) [m] of even density in the outline, from points (…, 2) of the unit square."""
 
     @abstractmethod
     def distance(self, away: np.ndarray) -> np.ndarray:
-        """Distance [m] from points at `away` (k, 3) from its centre (k,)."""
+        """Distance (k,) [m] of points from the outline; away : (k, 3) [m] from its centre."""
 
     @abstractmethod
     def divided(self, patch_size: float) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (k, 3) and patches (m, 4) of it, of about `patch_size` [m]."""
+        """Vertices (k, 3) [m] and patches (m, 4) of about `patch_size` [m]."""
 
     @abstractmethod
     def second_side(self, first: np.ndarray) -> tuple:
-        """From where to where (0 … 1) the second of its `sides` lies within it, for shares of the first."""
+        """Range (0 … 1) along the second of `sides` that lies in the outline, at shares (…) of the first."""
 
     @cached_property
     def area(self) -> float:
@@ -65,20 +65,21 @@ class Outline(ABC):
         return float(np.cross(edges, np.roll(edges, -1, axis=0)).sum(axis=0) @ self.normal) / 2
 
     def aimed(self, places: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points on it (k, n, 3) [m], densest where it is nearest to the place that looks, and the area
-        (k, n) that each stands for, but for a factor.
+        """Points (k, n, 3) [m] in the outline, densest where it is nearest to the place, and the area (k, n),
+        up to a factor, that each stands for.
 
-        places : (k, 1 or n, 3) [m]; square : (k, n, 2) points of the unit square
+        places : (k, 1 or n, 3) [m]
+        square : (k, n, 2) points of the unit square
 
-        Along each side alike in the angle from the point below, so that from h above densities are as
-        h²/((h² + x²)(h² + y²)): near a large face what a point brings, over that, varies little, where it
-        varies by orders of magnitude over points that are spread evenly. On a disc the second side is the
-        chord.
+        Points have even density in the angle along each side, seen from the place. From a height h the
+        density is as h²/((h² + x²)(h² + y²)). Near a large face the illuminance from a point over this
+        density varies little; at even density it would vary by orders of magnitude. On a disc the second side
+        is the chord.
         """
         corner, *sides = self.sides
         offset = places - corner
         lengths = [np.linalg.norm(side) for side in sides]
-        height = np.maximum(np.abs(offset @ self.normal), MIN_AIM_HEIGHT * max(lengths))
+        height = np.maximum(np.abs(offset @ self.normal), 1e-6 * max(lengths))  # never 0, in the plane
         stands, shares, start, stop = 1.0, [], 0.0, 1.0
         for k, (side, length) in enumerate(zip(sides, lengths, strict=True)):
             below = offset @ side / length
@@ -93,7 +94,7 @@ class Outline(ABC):
 
 @dataclass(frozen=True)
 class RectangularOutline(Outline):
-    """An outline that is a rectangle."""
+    """A rectangular outline."""
 
     rectangle: Rectangle = field()
 
@@ -126,7 +127,7 @@ class RectangularOutline(Outline):
     def divided(self, patch_size: float) -> tuple[np.ndarray, np.ndarray]:
         steps = [np.linspace(0, 1, 1 + int(np.ceil(np.linalg.norm(edge) / patch_size)))
                  for edge in (self.rectangle.u, self.rectangle.v)]
-        return grid(self.rectangle, *steps)
+        return rectangle_grid(self.rectangle, *steps)
 
     def second_side(self, first: np.ndarray) -> tuple:
         return 0.0, 1.0
@@ -134,7 +135,7 @@ class RectangularOutline(Outline):
 
 @dataclass(frozen=True)
 class RoundOutline(Outline):
-    """An outline that is a disc or an ellipse. polygon : (k, 3) [m] corners of one of its area"""
+    """A disc or an ellipse; polygon : corners (k, 3) [m] of a polygon of its area."""
 
     polygon: np.ndarray
 
@@ -185,12 +186,12 @@ def rectangle_about(center: np.ndarray, normal: np.ndarray, u: np.ndarray, v: np
 
 def ellipse_about(center: np.ndarray, normal: np.ndarray, u: np.ndarray, v: np.ndarray) -> Outline:
     """An ellipse of half axes u and v (3,) [m] about a centre."""
-    return RoundOutline(center, normal, ellipse(center, u, v, DISC_CORNERS))
+    return RoundOutline(center, normal, ellipse(center, u, v, 64))
 
 
 def ellipse(center: np.ndarray, u: np.ndarray, v: np.ndarray, corners: int) -> np.ndarray:
-    """Corners (k, 3) of a polygon with the area of the ellipse of half axes u and v, so with its lumens
-    and its illuminance from afar."""
+    """Corners (k, 3) of a polygon with the area of the ellipse of half axes u and v: the same lumens, and the
+    same illuminance far away."""
     angle = 2 * np.pi * np.arange(corners) / corners
     swell = np.sqrt(2 * np.pi / corners / np.sin(2 * np.pi / corners))
     return center + swell * (np.outer(np.cos(angle), u) + np.outer(np.sin(angle), v))

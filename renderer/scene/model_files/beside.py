@@ -1,4 +1,4 @@
-"""Files that a model file names: read only beside it or within the scene's folder; nothing is fetched."""
+"""Files that a model file names, read only from its folder or the scene's folder; nothing is fetched."""
 
 import base64
 import binascii
@@ -11,7 +11,8 @@ from renderer.system.input_files import MAX_BYTES, is_regular_file, read_input
 
 
 def beside(path: Path, root: Path) -> Beside:
-    """What reads the files that the model file at `path` names, of a scene in the folder `root`."""
+    """The function that reads the files named by the model file at `path`, of a scene in the folder
+    `root`."""
     allowed = [path.parent.resolve(), root.resolve()]
 
     def read(name: str) -> bytes:

@@ -9,19 +9,14 @@ import trimesh
 from renderer.scene.model_files.record import ModelFile, Piece, Unreadable
 from renderer.scene.model_files.xml_safety import refuse_entities
 
-UNITS_3MF = {"micron": 1e-6, "millimeter": 1e-3, "millimeters": 1e-3, "centimeter": 0.01, "inch": 0.0254,
-             "foot": 0.3048, "meter": 1.0}
-"""Metres in each unit of 3MF (Core Specification 1.3, 3.4)."""
-MAX_UNPACKED = 1 << 30
-
 
 def read_stl(data: bytes) -> ModelFile:
-    """An STL file, in text or binary: it says neither its unit nor which way is up."""
+    """Read an STL file, in text or binary; STL defines neither a unit nor an up axis."""
     return ModelFile(_pieces(trimesh.load(io.BytesIO(data), file_type="stl", process=False), named=False))
 
 
 def read_3mf(data: bytes) -> ModelFile:
-    """A 3MF file, z up, in the unit that it says."""
+    """Read a 3MF file, z up, in its stated unit. Raises Unreadable."""
     try:
         import lxml  # noqa: F401
         import networkx  # noqa: F401
@@ -30,7 +25,7 @@ def read_3mf(data: bytes) -> ModelFile:
                          ) from None
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > MAX_UNPACKED:
+            if sum(entry.file_size for entry in archive.infolist()) > 1 << 30:
                 raise Unreadable("unpacks to more than 1 GiB")
             for entry in archive.infolist():
                 if entry.filename.lower().endswith((".model", ".rels")):
@@ -39,7 +34,9 @@ def read_3mf(data: bytes) -> ModelFile:
         raise Unreadable("is no 3MF: it is not a ZIP archive; export it again") from None
     loaded = trimesh.load(io.BytesIO(data), file_type="3mf", process=False)
     unit = str(loaded.metadata.get("units", "millimeter")).lower()
-    return ModelFile(_pieces(loaded, named=True), metres=UNITS_3MF.get(unit, 1e-3), said=True)
+    metres = {"micron": 1e-6, "millimeter": 1e-3, "millimeters": 1e-3, "centimeter": 0.01, "inch": 0.0254,
+              "foot": 0.3048, "meter": 1.0}  # 3MF Core Specification 1.3, 3.4
+    return ModelFile(_pieces(loaded, named=True), metres=metres.get(unit, 1e-3), said=True)
 
 
 def _pieces(loaded, named: bool) -> list[Piece]:

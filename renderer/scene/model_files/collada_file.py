@@ -1,4 +1,4 @@
-"""COLLADA files (ISO/PAS 17506), by pycollada: they say their unit and which way is up."""
+"""The reader of COLLADA files (ISO/PAS 17506), by pycollada; COLLADA states its unit and its up axis."""
 
 import io
 
@@ -9,11 +9,9 @@ from renderer.scene.model_files.record import Beside, ModelFile, Piece, Unreadab
 from renderer.scene.model_files.textures import mean_colour, srgb_decoded
 from renderer.scene.model_files.xml_safety import refuse_entities
 
-MAX_DEPTH = 200
-
 
 def read_collada(data: bytes, beside: Beside) -> ModelFile:
-    """A COLLADA file: the geometry of its scene, in place; skins stand as they are bound."""
+    """Read a COLLADA file: the geometry of its scene, with skins in their bind pose. Raises Unreadable."""
     try:
         import collada
     except ImportError:
@@ -46,10 +44,10 @@ def read_collada(data: bytes, beside: Beside) -> ModelFile:
 
 
 def _below(node, outer: np.ndarray, names: tuple[str, ...], colours: "_Colours", depth: int) -> list[Piece]:
-    """Pieces of a node of the scene and of all under it."""
+    """Pieces of a node of the scene and of all nodes under it. Raises Unreadable."""
     from collada.scene import ControllerNode, GeometryNode, Node, NodeNode
 
-    if depth > MAX_DEPTH:
+    if depth > 200:
         raise Unreadable("has nodes that are their own children; export it again")
     if isinstance(node, NodeNode):
         return _below(node.node, outer, names, colours, depth + 1)
@@ -110,14 +108,14 @@ def _piece(primitive, geometry, nodes: tuple[str, ...], matrix: np.ndarray, colo
 
 
 class _Colours:
-    """Diffuse colours of effects, in sRGB as modellers write them; a texture by its mean."""
+    """Diffuse colours of effects, in sRGB as modellers write them, and the mean colours of their textures."""
 
     def __init__(self, beside: Beside):
         self.beside = beside
         self.images: dict[str, bytes | None] = {}
 
     def of(self, material, piece: Piece, uv: np.ndarray | None) -> np.ndarray | None:
-        """Linear reflectance (3,) of a material, or None."""
+        """Linear BT.709 reflectance (3,) of a material; None where it has no colour."""
         said = getattr(getattr(material, "effect", None), "diffuse", None)
         if said is None:
             return None

@@ -1,4 +1,4 @@
-"""Edges of triangles: who shares them, which are open; and faces cut where another's vertex lies on one."""
+"""Edges of triangles: shared and open edges, and faces divided where a vertex lies on an edge."""
 
 from itertools import pairwise
 
@@ -6,17 +6,15 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from renderer.scene.model_files.weld import WELD
-
-MAX_OPEN_EDGES = 20_000
-"""Past so many open edges faces are sheets anyway, and no vertex on an edge is looked for."""
+from renderer.scene.model_files.weld import WELD_DISTANCE
 
 
 class Edges:
-    """Sides of triangles (k, 3) and the edges they lie on.
+    """The sides of triangles (k, 3), and their edges.
 
-    start, end : (3k,) vertices of each side, face after face; edge : (3k,) the number of its edge
-    forward : (3k,) whether it runs from the edge's lower vertex to the higher
+    start, end : (3k,) vertices of each side, face after face
+    edge : (3k,) number of the side's edge
+    forward : (3k,) whether the side runs from the edge's lower vertex to the higher
     """
 
     def __init__(self, faces: np.ndarray):
@@ -28,17 +26,17 @@ class Edges:
         self.count = int(self.edge.max(initial=-1)) + 1
 
     def uses(self, chosen: np.ndarray | None = None) -> np.ndarray:
-        """How many faces share each edge, of all or of some (k,)."""
+        """Number of faces at each edge, of all faces or of the chosen ones (k,)."""
         sides = self.edge if chosen is None else self.edge[np.repeat(chosen, 3)]
         return np.bincount(sides, minlength=self.count)
 
     def balance(self, chosen: np.ndarray) -> np.ndarray:
-        """How many of some faces (k,) run along each edge forward, less those that run back."""
+        """Number of chosen faces (k,) that run forward along each edge, less those that run back."""
         sides = np.repeat(chosen, 3)
         return np.bincount(self.edge[sides], np.where(self.forward[sides], 1, -1), self.count).astype(int)
 
     def pairs(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Two faces at each edge that just two of some (k,) share, and whether their windings agree."""
+        """The two faces at each edge of exactly two chosen faces (k,), and whether their windings agree."""
         sides = np.flatnonzero(np.repeat(chosen, 3))
         sides = sides[np.argsort(self.edge[sides], kind="stable")]
         twice = (np.bincount(self.edge[sides], minlength=self.count) == 2)[self.edge[sides]]
@@ -47,15 +45,15 @@ class Edges:
 
 
 def connected(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Which connected set each of `count` things is in (count,), by pairs that belong together."""
+    """Number of the connected set (count,) of each of `count` things, from pairs that are connected."""
     graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
     return connected_components(graph, directed=False)[1]
 
 
 def flips(count: int, one: np.ndarray, other: np.ndarray, agree: np.ndarray) -> np.ndarray | None:
-    """Which faces to turn so that all pairs agree (count,); None where no turning does that.
+    """Faces (count,) to turn so that all pairs agree; None where that is impossible.
 
-    A set of faces is turned whichever way turns fewer of them.
+    Of the two ways for a connected set, the one that turns fewer faces is taken.
     """
     if agree.all():
         return np.zeros(count, dtype=bool)
@@ -75,8 +73,12 @@ def flips(count: int, one: np.ndarray, other: np.ndarray, agree: np.ndarray) -> 
 
 
 def divided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces (m, 3) cut where another's vertex lies on an open edge of theirs, and which face each is of (m,):
-    such T-junctions are how exports that are closed to the eye fail to be closed."""
+    """Faces (m, 3) divided where the vertex of another face lies on an open edge, and the face (m,) each is
+    part of.
+
+    Such T-junctions leave a surface open in the file that looks closed. With over 20,000 open edges the faces
+    are sheets, and none is divided.
+    """
     from scipy.spatial import KDTree
 
     owner = np.arange(len(faces))
@@ -86,7 +88,7 @@ def divided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.nda
     for _ in range(8):
         edges = Edges(faces)
         open_ = np.flatnonzero(edges.uses()[edges.edge] == 1)
-        if not len(open_) or len(open_) > MAX_OPEN_EDGES:
+        if not len(open_) or len(open_) > 20_000:
             return faces, owner
         loose = np.unique([edges.start[open_], edges.end[open_]])
         a, b = vertices[edges.start[open_]], vertices[edges.end[open_]]
@@ -100,7 +102,8 @@ def divided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.nda
             offset = vertices[others] - p
             along = offset @ (q - p) / long
             apart = np.linalg.norm(offset - np.outer(along, (q - p) / long), axis=1)
-            on = (apart < 2 * WELD * size) & (along > WELD * size) & (along < long - WELD * size)
+            near_end = WELD_DISTANCE * size
+            on = (apart < 2 * near_end) & (along > near_end) & (along < long - near_end)
             if on.any():
                 split[side // 3] = side % 3, others[on][along[on].argsort()]
         if not split:

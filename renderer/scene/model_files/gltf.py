@@ -10,30 +10,29 @@ from renderer.scene.model_files.ply import strip_triangles
 from renderer.scene.model_files.record import Beside, ModelFile, Piece, Unreadable
 from renderer.scene.model_files.textures import mean_colour
 
-UNDERSTOOD = {DRACO, *MESHOPT, "KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_lights_punctual",
-              "KHR_animation_pointer", "KHR_node_visibility", "KHR_xmp", "KHR_xmp_json_ld",
-              "EXT_lights_image_based", "MSFT_lod", "KHR_audio_emitter"}
-"""Extensions that may be required: those read, and those that move no surface."""
-OF_COLOUR = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "MSFT_packing_",
-             "EXT_materials_", "ADOBE_materials_", "CESIUM_")
-GLOSS = "KHR_materials_pbrSpecularGlossiness"
-
 
 def read_gltf(data: bytes, beside: Beside) -> ModelFile:
-    """A glTF or GLB file: the meshes of its scene, in place. Animations and skins stand as they begin."""
+    """Read a glTF or GLB file: the meshes of its scene, animations and skins in their first pose. Raises
+    Unreadable."""
     root, binary = _parsed(data)
     version = str(root.get("asset", {}).get("version", "1.0"))
     if not version.startswith("2"):
         raise Unreadable(f"is glTF {version[:8]}, and 2.0 is read; convert it")
+    # Extensions that are read, and extensions that do not change a surface's place or colour.
+    understood = {DRACO, *MESHOPT, "KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_lights_punctual",
+                  "KHR_animation_pointer", "KHR_node_visibility", "KHR_xmp", "KHR_xmp_json_ld",
+                  "EXT_lights_image_based", "MSFT_lod", "KHR_audio_emitter"}
+    of_colour = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "MSFT_packing_",
+                 "EXT_materials_", "ADOBE_materials_", "CESIUM_")
     for name in root.get("extensionsRequired", []):
-        if name not in UNDERSTOOD and not str(name).startswith(OF_COLOUR):
+        if name not in understood and not str(name).startswith(of_colour):
             raise Unreadable(f"needs the glTF extension {str(name)[:60]!r}, which is not read; export it "
                              "without")
     return ModelFile(_Scene(root, Buffers(root, binary, beside)).pieces(), up="y", said=True)
 
 
 def _parsed(data: bytes) -> tuple[dict, bytes | None]:
-    """The JSON, and a GLB's binary chunk."""
+    """The JSON of a file, and the binary chunk of a GLB. Raises Unreadable."""
     binary = None
     if data[:4] == b"glTF":
         version, total = struct.unpack_from("<II", data, 4)
@@ -63,7 +62,7 @@ class _Scene:
         self.primitives: dict[tuple[int, int], tuple | None] = {}
 
     def pieces(self) -> list[Piece]:
-        """All primitives of the scene's nodes."""
+        """All primitives of the scene's nodes. Raises Unreadable."""
         nodes, scenes = self.root.get("nodes", []), self.root.get("scenes", [])
         if scenes:
             start = scenes[self.root.get("scene", 0)].get("nodes", [])
@@ -110,7 +109,8 @@ class _Scene:
         return found
 
     def _primitive(self, primitive: dict) -> tuple | None:
-        """Vertices, triangles, the material's name and colour; None of points and lines."""
+        """Vertices, triangles, and the material's name and colour; None for points and lines. Raises
+        Unreadable."""
         mode, attributes = primitive.get("mode", 4), primitive.get("attributes", {})
         if mode not in (4, 5, 6) or "POSITION" not in attributes:
             return None
@@ -150,10 +150,10 @@ class _Scene:
         return vertices, triangles, material.get("name"), self._colour(material, areas, places)
 
     def _colour(self, material: dict, areas: np.ndarray, places) -> np.ndarray:
-        """Linear BT.709 reflectance (3,): the base colour's factor times its texture's mean."""
+        """Linear BT.709 reflectance (3,): the base colour factor times the mean of its texture."""
         said = material.get("pbrMetallicRoughness", {})
         factor, texture = said.get("baseColorFactor", [1, 1, 1, 1]), said.get("baseColorTexture")
-        gloss = material.get("extensions", {}).get(GLOSS)
+        gloss = material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness")
         if gloss is not None and not said:
             factor, texture = gloss.get("diffuseFactor", [1, 1, 1, 1]), gloss.get("diffuseTexture")
         colour = np.array(factor[:3], dtype=float)
@@ -179,7 +179,7 @@ class _Scene:
 
 
 def _triangles(order: np.ndarray, mode: int) -> np.ndarray:
-    """Triangles (k, 3) of vertices in order (n,), by glTF's mode: 4 triangles, 5 a strip, 6 a fan."""
+    """Triangles (k, 3) of an order of vertices (n,) in a mode of glTF: 4 triangles, 5 a strip, 6 a fan."""
     if mode == 4:
         return order[:len(order) // 3 * 3].reshape(-1, 3)
     if mode == 5:
@@ -189,7 +189,7 @@ def _triangles(order: np.ndarray, mode: int) -> np.ndarray:
 
 
 def _matrix(node: dict) -> np.ndarray:
-    """A node's place (4, 4): its matrix, or scale, then rotation, then translation."""
+    """The transform (4, 4) of a node: its matrix, or scale, then rotation, then translation."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     x, y, z, w = np.array(node.get("rotation", [0, 0, 0, 1]), dtype=float)

@@ -1,18 +1,22 @@
-"""Numbers of a glTF file: buffers, views of them, accessors, and the two compressions of views."""
+"""The numbers of a glTF file: buffers, views, accessors, and the two compressions of views."""
 
 import numpy as np
 
 from renderer.scene.model_files.record import Beside, Unreadable
 
-KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+COMPONENT_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 MAX_ELEMENTS = 100_000_000
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 DRACO = "KHR_draco_mesh_compression"
 
 
 class Buffers:
-    """The numbers of a file whose JSON is `root`; binary : the GLB's own chunk, or None."""
+    """The numbers of a file.
+
+    root : the file's JSON
+    binary : binary chunk of a GLB, or None
+    beside : reads files that the file names
+    """
 
     def __init__(self, root: dict, binary: bytes | None, beside: Beside):
         self.root, self.binary, self.beside = root, binary, beside
@@ -20,7 +24,7 @@ class Buffers:
         self.views: dict[int, tuple[bytes, int]] = {}
 
     def buffer(self, index: int) -> bytes:
-        """A buffer's bytes."""
+        """The bytes of a buffer. Raises Unreadable."""
         if index not in self.buffers:
             uri = self.root["buffers"][index].get("uri")
             if uri is not None:
@@ -32,7 +36,7 @@ class Buffers:
         return self.buffers[index]
 
     def view(self, index: int) -> tuple[bytes, int]:
-        """A view's bytes, and its stride (0 where packed)."""
+        """The bytes of a view, and its stride (0 for packed ones). Raises Unreadable."""
         if index not in self.views:
             view = self.root["bufferViews"][index]
             packed = next((view["extensions"][name] for name in MESHOPT
@@ -51,12 +55,14 @@ class Buffers:
         return data[start:start + length]
 
     def accessor(self, index: int) -> np.ndarray:
-        """An accessor's values (count, width), normalized integers as 0 to 1 or −1 to 1."""
+        """The values (count, width) of an accessor, normalized integers as 0 … 1 or −1 … 1. Raises
+        Unreadable."""
         given = self.root["accessors"][index]
-        count, width = given["count"], WIDTHS[given["type"]]
+        widths = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+        count, width = given["count"], widths[given["type"]]
         if not 0 <= count <= MAX_ELEMENTS:
             raise Unreadable(f"claims {count} numbers in one list; export it again")
-        kind = np.dtype(KINDS[given["componentType"]])
+        kind = np.dtype(COMPONENT_TYPES[given["componentType"]])
         if "bufferView" in given:
             values = self._strided(given["bufferView"], given.get("byteOffset", 0), kind, count, width)
         else:
@@ -65,7 +71,7 @@ class Buffers:
         if sparse:
             some, place = sparse["count"], sparse["indices"]
             at = self._strided(place["bufferView"], place.get("byteOffset", 0),
-                               np.dtype(KINDS[place["componentType"]]), some, 1)[:, 0]
+                               np.dtype(COMPONENT_TYPES[place["componentType"]]), some, 1)[:, 0]
             values = values.copy()
             values[at] = self._strided(sparse["values"]["bufferView"], sparse["values"].get("byteOffset", 0),
                                        kind, some, width)
@@ -85,7 +91,7 @@ class Buffers:
 
 
 def _meshopt(data: bytes, said: dict) -> bytes:
-    """The bytes of a view compressed by meshoptimizer (EXT_meshopt_compression)."""
+    """The bytes of a view compressed by meshoptimizer (EXT_meshopt_compression). Raises Unreadable."""
     try:
         import meshoptimizer
     except ImportError:
@@ -96,7 +102,7 @@ def _meshopt(data: bytes, said: dict) -> bytes:
     whole = mode != "TRIANGLES" or count % 3 == 0
     if not 0 <= count * stride <= 8 * MAX_ELEMENTS or stride not in sizes or not whole:
         raise Unreadable(f"claims {count} numbers of {stride} bytes in a compressed list; export it again")
-    # The library decodes to single precision and to 32-bit integers, whatever the stride.
+    # The library decodes to single precision and to 32-bit integers for every stride.
     if mode == "ATTRIBUTES":
         values = np.ascontiguousarray(meshoptimizer.decode_vertex_buffer(count, stride, data))
         if said.get("filter") == "EXPONENTIAL":
@@ -109,7 +115,8 @@ def _meshopt(data: bytes, said: dict) -> bytes:
 
 
 def draco(data: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Vertices (n, 3), triangles (k, 3) and texture coordinates (n, 2) or None of Draco's bytes."""
+    """Vertices (n, 3), triangles (k, 3) and texture coordinates (n, 2), or None, of Draco's bytes. Raises
+    Unreadable."""
     try:
         import DracoPy
     except ImportError:

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.scene.model_files.edges import Edges, connected, divided, flips
-from renderer.scene.model_files.weld import WELD, Facets
+from renderer.scene.model_files.weld import WELD_DISTANCE, Facets
 
-MAX_ROUNDS = 40
+MAX_PEELING_ROUNDS = 40
 """How often the smallest of the surfaces that meet at a crowded edge is taken for a sheet, before all are."""
-FLAT = 1e-9
+COPLANAR_COSINE_ERROR = 1e-9
 """How far from 1 the cosine between normals of neighbours in one plane may be."""
-NO_THICKNESS = 1e-6
+MIN_THICKNESS = 1e-6
 """A closed surface thinner than this, relative to its longest side, encloses nothing."""
 
 
@@ -80,7 +80,7 @@ def _flat_regions_once(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndar
     crosses = np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2)))
     normals = crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
     one, other, agree = edges.pairs(every)
-    level = agree & (np.einsum("ki,ki->k", normals[one], normals[other]) > 1 - FLAT)
+    level = agree & (np.einsum("ki,ki->k", normals[one], normals[other]) > 1 - COPLANAR_COSINE_ERROR)
     region = connected(len(faces), one[level], other[level])
     count = int(region.max(initial=-1)) + 1
     order, sides = np.argsort(edges.edge, kind="stable"), np.repeat(region, 3)
@@ -170,13 +170,13 @@ def _balanced(vertices: np.ndarray, faces: np.ndarray, edges: Edges, core: np.nd
     """Which faces (k,) are left when, wherever as many do not run along an edge forward as back, the smallest
     surface that meets there is taken off."""
     size = np.bincount(surface, areas(vertices, faces) * core, surface.max(initial=0) + 1)
-    for round_ in range(MAX_ROUNDS + 1):
+    for round_ in range(MAX_PEELING_ROUNDS + 1):
         uneven = edges.balance(core) != 0
         if not uneven.any():
             return core
         sides = np.flatnonzero(np.repeat(core, 3) & uneven[edges.edge])
         meeting = np.unique(np.stack([edges.edge[sides], surface[sides // 3]]), axis=1)
-        if round_ == MAX_ROUNDS:
+        if round_ == MAX_PEELING_ROUNDS:
             off = np.unique(meeting[1])
         else:
             names, local = np.unique(meeting[1], return_inverse=True)
@@ -238,7 +238,7 @@ def _without_thickness(vertices: np.ndarray, faces: np.ndarray, edges: Edges, so
     volume = np.abs(volumes(vertices, faces, np.where(solid < 0, len(ids), place), len(ids) + 1)[:-1])
     area = np.bincount(place, areas(vertices, faces) * (solid >= 0), len(ids))
     size = np.sqrt(area)
-    thin = volume < NO_THICKNESS * size * area
+    thin = volume < MIN_THICKNESS * size * area
     flat = (solid >= 0) & thin[place]
     if flat.any():
         one, other, _ = edges.pairs(flat)
@@ -251,7 +251,7 @@ def _without_thickness(vertices: np.ndarray, faces: np.ndarray, edges: Edges, so
             some = np.flatnonzero(solid == k)
             layers, at = np.unique(layer[some], return_inverse=True)
             each = np.bincount(at, own[some])
-            if len(layers) == 2 and abs(each[0] - each[1]) < WELD * 10 * each.sum():
+            if len(layers) == 2 and abs(each[0] - each[1]) < WELD_DISTANCE * 10 * each.sum():
                 second[some[at == 1]] = True
     return flat, second
 

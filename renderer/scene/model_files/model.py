@@ -1,4 +1,4 @@
-"""A model file as the scene uses it: solids and sheets with the names and colours of their parts."""
+"""A model file as solids and sheets with the names and colours of their parts."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,17 +11,15 @@ from renderer.scene.model_files.heap import Heap, heap
 from renderer.scene.model_files.read import read_polygons
 from renderer.scene.model_files.weld import facets
 
-KEPT = 32
-"""Files kept in memory: a study reads its scene again and again."""
-
 
 @dataclass(frozen=True)
 class Model:
-    """Faces of a file [m], z up, and what they are.
+    """The faces of a file [m], z up.
 
-    heap : solids and sheets
+    heap : the faces as solids and sheets
     names, colours : of each part, as in `Polygons`
-    polygons : how many the file holds; taken, notes : as in `Polygons`
+    polygons : their number in the file
+    taken, notes : as in `Polygons`
     """
 
     file: str
@@ -40,12 +38,12 @@ class Model:
 
     @property
     def known(self) -> list[str]:
-        """Every name in the file, once."""
+        """All names in the file, each once."""
         return list(dict.fromkeys(name for names in self.names for name in names))
 
     @property
     def said(self) -> str:
-        """How the file was read, and what size results."""
+        """A sentence about the reading of the file, with its size and its solids and sheets."""
         size = " × ".join(f"{x:.3g}" for x in np.ptp(self.bounds, axis=0))
         solids, sheets = int(self.heap.solid.max(initial=-1)) + 1, int((self.heap.solid < 0).sum())
         kinds = [f"{solids} solid{'s' * (solids != 1)}"] * (solids > 0)
@@ -64,7 +62,7 @@ def read_model(path: Path, where: str, scale: float = 1.0, units: str | None = N
     return _read(path, stamp, where, scale, units, up, root)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=32)  # a study reads the same scene many times
 def _read(path: Path, _stamp, where: str, scale: float, units: str | None, up: str | None,
           root: Path | None) -> Model:
     file = read_polygons(path, where, scale, units, up, root)

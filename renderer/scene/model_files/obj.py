@@ -1,4 +1,4 @@
-"""Wavefront OBJ files, with the colours of their material libraries."""
+"""The reader of Wavefront OBJ files, with the colours of their material libraries."""
 
 from collections import defaultdict
 from pathlib import PurePath
@@ -11,7 +11,7 @@ from renderer.scene.model_files.triangulate import newell
 
 
 def read_obj(data: bytes, beside: Beside) -> ModelFile:
-    """An OBJ file: relative indices, groups, and MTL colours."""
+    """Read an OBJ file with relative indices, groups and MTL colours. Raises Unreadable."""
     reader = _Reader()
     wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     text = data.decode("utf-16" if wide else "utf-8-sig", errors="replace")
@@ -50,7 +50,7 @@ def _because(fault: Exception) -> str:
 
 
 class _Reader:
-    """State of an OBJ file from line to line. Groups are told apart by material, group and object."""
+    """State of the reader from line to line; a group is a combination of material, group and object."""
 
     def __init__(self):
         self.vertices, self.places, self.libraries = [], [], []
@@ -86,7 +86,8 @@ class _Reader:
 
 
 def _index(word: str, count: int) -> int:
-    """A place in a list that has `count` entries so far: from 1 on, or from the end if negative."""
+    """Index into a list of `count` entries, from a number that counts from 1, or from the end where
+    negative."""
     index = int(word)
     if index == 0 or index < -count:
         raise ValueError(f"{count} are given before it, and it asks for {index}")
@@ -102,7 +103,7 @@ class _Colours:
         self.images: dict[str, bytes | None] = {}
 
     def load(self, library: str, notes: list[str]) -> None:
-        """Add a library's materials; of a line that names several files, each."""
+        """Add the materials of a library; `library` may name several files."""
         try:
             texts = [self.beside(library)]
         except Unreadable as fault:
@@ -125,7 +126,10 @@ class _Colours:
                     current[word.lower()] = rest.strip()
 
     def of(self, name: str, piece: Piece, uv: np.ndarray | None) -> np.ndarray | None:
-        """Linear reflectance (3,) of a material, its texture where the piece's corners (m, 2) have it."""
+        """Linear BT.709 reflectance (3,) of a material; None where it has no colour.
+
+        uv : (m, 2) texture coordinates of the piece's corners, for the mean over a texture
+        """
         material = self.materials.get(name, {})
         colour = None
         if "kd" in material:

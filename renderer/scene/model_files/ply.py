@@ -1,4 +1,4 @@
-"""PLY files (Turk, 1994): polygons and triangle strips, in text or binary."""
+"""The reader of PLY files (G. Turk, 1994): polygons and triangle strips, in text or binary."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,11 @@ from renderer.scene.model_files.textures import srgb_decoded
 TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
          "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
          "float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
-CORNERS = ("vertex_indices", "vertex_index")
-FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
 @dataclass
 class _Element:
-    """Rows of one kind: `count` of them, each with properties (name, type, type of a list's length or "")."""
+    """`count` rows of one kind, with properties (name, type, type of a list's length or "")."""
 
     name: str
     count: int
@@ -24,7 +22,7 @@ class _Element:
 
 
 def read_ply(data: bytes) -> ModelFile:
-    """A PLY file; its vertex colours, where all are alike, are its colour."""
+    """Read a PLY file; its colour is the mean of its vertex colours. Raises Unreadable."""
     order, elements, body = _header(data)
     read = _Text(body.splitlines()) if not order else _Binary(body, order)
     vertices, colour, found = None, None, []
@@ -60,7 +58,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
     for line in data[:end].decode("latin-1").splitlines():
         words = line.split()
         if words[:1] == ["format"] and len(words) > 1:
-            order = FORMATS.get(words[1])
+            order = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}.get(words[1])
         elif words[:1] == ["element"] and len(words) == 3:
             elements.append(_Element(words[1], int(words[2]), []))
         elif words[:1] == ["property"] and elements:
@@ -76,13 +74,17 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
 
 
 class _Text:
-    """Rows of a text file, one a line."""
+    """The rows of a text file, one a line."""
 
     def __init__(self, lines: list[bytes]):
         self.lines, self.at = [line for line in lines if line.strip()], 0
 
     def element(self, element: _Element) -> dict:
-        """Values of each property: an array (count,), or of a list all values and each row's length."""
+        """Values of each property: an array (count,), or for a list all values and the length of each row's
+        list.
+
+        Raises Unreadable.
+        """
         rows = [line.split() for line in self.lines[self.at:self.at + element.count]]
         self.at += element.count
         if len(rows) < element.count:
@@ -91,8 +93,9 @@ class _Text:
         if not any(length for *_, length in element.properties):
             table = np.array([row[:width] for row in rows], dtype=float).reshape(element.count, width)
             return {name: table[:, k] for k, (name, *_) in enumerate(element.properties)}
-        # What follows the corners of a face is not needed, and headers are often wrong about it.
-        known = next((k for k, (name, *_) in enumerate(element.properties) if name in CORNERS), width - 1)
+        # Properties after the corners of a face are not needed, and headers are often wrong about them.
+        known = next((k for k, (name, *_) in enumerate(element.properties) if name in (
+            "vertex_indices", "vertex_index")), width - 1)
         columns = {name: ([], []) if length else [] for name, _, length in element.properties[:known + 1]}
         for row in rows:
             at = 0
@@ -115,7 +118,7 @@ def _number(kind: str) -> type:
 
 
 class _Binary:
-    """Rows of a binary file, byte after byte."""
+    """The rows of a binary file."""
 
     def __init__(self, body: bytes, order: str):
         self.body, self.at, self.order = body, 0, order
@@ -142,7 +145,8 @@ class _Binary:
                 if isinstance(column, tuple) else column for name, column in columns.items()}
 
     def _of_one_length(self, element: _Element) -> dict | None:
-        """The columns where every list is as long as in the first row; None where one is not."""
+        """The columns of an element whose lists all have the length of the first row's; None for other
+        elements."""
         lengths, at = {}, self.at
         for name, kind, length in element.properties:
             if length:
@@ -181,7 +185,7 @@ class _Binary:
 
 
 def _from_strips(values, sizes) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles of strips: a −1 begins a new one; every second triangle is wound the other way."""
+    """Triangles of strips; −1 begins a new strip, and every second triangle has the opposite winding."""
     triangles = []
     values = np.asarray(values, dtype=np.int64)
     for strip in np.split(values, np.cumsum(sizes)[:-1]) if len(sizes) else []:
@@ -192,7 +196,7 @@ def _from_strips(values, sizes) -> tuple[np.ndarray, np.ndarray]:
 
 
 def strip_triangles(run: np.ndarray) -> np.ndarray:
-    """Triangles (k, 3) of a strip of vertices (k + 2,), those with a vertex twice left out."""
+    """Triangles (k, 3) of a strip of vertices (k + 2,), without those that have a vertex twice."""
     if len(run) < 3:
         return np.zeros((0, 3), dtype=np.int64)
     triangles = np.stack([run[:-2], run[1:-1], run[2:]], axis=1)
@@ -202,7 +206,7 @@ def strip_triangles(run: np.ndarray) -> np.ndarray:
 
 
 def _colour(columns: dict, kinds: dict[str, str]) -> np.ndarray | None:
-    """Mean of the vertices' colours in linear BT.709 (3,), of those in 8 bits; None without."""
+    """Mean linear BT.709 colour (3,) of vertices with 8-bit colours; None for others."""
     for names in (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue")):
         if all(kinds.get(name) == "u1" for name in names) and len(columns["x"]):
             return np.array([srgb_decoded(np.asarray(columns[name]) / 255.0).mean() for name in names])

@@ -1,4 +1,4 @@
-"""A model file of any known format as polygons in metres, z up, whatever else it holds left aside."""
+"""A model file of any known format as polygons in metres, z up."""
 
 import logging
 from dataclasses import dataclass, field
@@ -11,32 +11,33 @@ from renderer.scene.model_files.beside import beside
 from renderer.scene.model_files.record import ModelFile, Unreadable
 from renderer.system.input_files import read_input
 
-logging.getLogger("trimesh").addHandler(logging.NullHandler())  # else it prints its tracebacks
+logging.getLogger("trimesh").addHandler(logging.NullHandler())  # trimesh would print its tracebacks
 
-FORMATS = ("obj", "ply", "stl", "glb", "gltf", "dae", "3mf")
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
-"""Metres in each unit."""
-KNOWN = "OBJ, PLY, STL, GLB, glTF, COLLADA (.dae) or 3MF"
-FARTHEST = 1e9
-"""Largest coordinate [m]; the smallest length is its inverse."""
-OTHERS = {"skp": "SketchUp", "3ds": "3D Studio", "fbx": "FBX", "blend": "Blender", "ifc": "IFC",
+MODEL_FORMATS = ("obj", "ply", "stl", "glb", "gltf", "dae", "3mf")
+METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
+KNOWN_FORMATS = "OBJ, PLY, STL, GLB, glTF, COLLADA (.dae) or 3MF"
+MAX_COORDINATE_M = 1e9
+"""Largest coordinate [m]; its inverse is the smallest length."""
+OTHER_FORMATS = {"skp": "SketchUp", "3ds": "3D Studio", "fbx": "FBX", "blend": "Blender", "ifc": "IFC",
           "dwg": "AutoCAD", "dxf": "DXF", "step": "STEP", "stp": "STEP", "iges": "IGES", "igs": "IGES",
           "3dm": "Rhino", "usdz": "USD", "usd": "USD", "usda": "USD", "usdc": "USD", "x3d": "X3D",
           "wrl": "VRML", "off": "OFF", "rvt": "Revit", "max": "3ds Max", "c4d": "Cinema 4D", "zip": "ZIP",
           "zae": "zipped COLLADA"}
-"""What other endings of files stand for."""
+"""Names of formats that are not read, by the file's ending."""
 
 
 @dataclass(frozen=True)
 class Polygons:
-    """What a model file holds, in metres and z up.
+    """The polygons of a model file, in metres and z up.
 
-    vertices : (n, 3) [m]; corners : (m,) index of a vertex, polygon after polygon; sizes : (p,)
+    vertices : (n, 3) [m]
+    corners : (m,) index of a vertex, polygon after polygon
+    sizes : (p,) corners of each polygon
     part : (p,) index into `names` and `colours`
-    names : for each part what the file calls it, most specific first
-    colours : for each part its linear BT.709 reflectance (3,), or None
-    taken : how it was read, "z up, in metres (neither said by the file)"
-    notes : what could not be taken over, in sentences
+    names : of each part in the file, the most specific first
+    colours : linear BT.709 reflectance (3,) of each part, or None
+    taken : axis and unit, as "z up and metres assumed"
+    notes : sentences about contents that were not read
     """
 
     vertices: np.ndarray
@@ -53,23 +54,26 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
                   root: Path | None = None) -> Polygons:
     """Read a model file. Raises InputError.
 
-    scale : times which everything is; units, up : where given, before what the file says
-    root : the scene's folder, within which the file may name others; only its own folder if left out
+    where : scene file and key, for messages
+    scale : factor on all lengths
+    units, up : in place of the file's own unit and axis; None for these
+    root : the scene's folder, in which the file may name others; None for only the file's own folder
     """
     kind = path.suffix.lower().lstrip(".")
-    if kind not in FORMATS:
-        raise InputError(f"{where}: {path.name} is {OTHERS.get(kind, 'of a format that is not read')}; "
-                         f"export it as {KNOWN}.")
+    if kind not in MODEL_FORMATS:
+        raise InputError(f"{where}: {path.name} is "
+                         f"{OTHER_FORMATS.get(kind, 'of a format that is not read')}; export it as "
+                         f"{KNOWN_FORMATS}.")
     data = read_input(path, "model", where, "Paths are relative to the scene file; correct this one.")
     try:
         with np.errstate(all="ignore"):
             found = _parsed(data, path, kind, root or path.parent)
     except Unreadable as fault:
         raise InputError(f"{where}: {path.name} {fault}.") from None
-    except Exception as error:  # noqa: BLE001  a foreign file may fail in any way in its reader
+    except Exception as error:  # noqa: BLE001  readers raise errors of any class for faulty files
         reason = " ".join(f"{error}".split())[:200] or type(error).__name__
         raise InputError(f"{where}: {path.name} cannot be read as {kind.upper()} ({reason}); export it "
-                         f"again, or as {KNOWN}.") from None
+                         f"again, or as {KNOWN_FORMATS}.") from None
     return _in_metres(found, path, where, scale, units, up)
 
 
@@ -95,20 +99,21 @@ def _in_metres(found: ModelFile, path: Path, where: str, scale: float, units: st
         if piece.corners.min() < 0 or piece.corners.max() >= len(piece.vertices):
             raise InputError(f"{where}: {path.name} has a face whose vertex it does not hold; export it "
                              "again.")
-    metres = scale * (UNITS[units] if units else found.metres)
+    metres = scale * (METRES_PER_UNIT[units] if units else found.metres)
     used = [piece.vertices[np.unique(piece.corners)] for piece in pieces]
     reach = max(np.abs(points).max() for points in used) * metres
     if not np.isfinite(reach):
         raise InputError(f"{where}: {path.name} has a vertex that is not a finite number; correct the "
                          "export.")
-    if reach > FARTHEST:
+    if reach > MAX_COORDINATE_M:
         raise InputError(f"{where}: {path.name} reaches {reach:.3g} m from its origin; at most "
-                         f"{FARTHEST:g} m is allowed. Give its units, or move it nearer in the export.")
+                         f"{MAX_COORDINATE_M:g} m is allowed. Give its units, or move it nearer in the "
+                         "export.")
     low, high = np.min([p.min(axis=0) for p in used], axis=0), np.max([p.max(axis=0) for p in used], axis=0)
     longest = (high - low).max() * metres
-    if longest < 1 / FARTHEST:
-        raise InputError(f"{where}: {path.name} is {longest:.3g} m long; at least {1 / FARTHEST:g} m is "
-                         "allowed. Give its units, or scale it in the export.")
+    if longest < 1 / MAX_COORDINATE_M:
+        raise InputError(f"{where}: {path.name} is {longest:.3g} m long; at least {1 / MAX_COORDINATE_M:g} m "
+                         "is allowed. Give its units, or scale it in the export.")
     vertices = np.concatenate([np.where(np.isfinite(p.vertices), p.vertices, 0.0) for p in pieces]) * metres
     given_up, up = up, up or found.up
     if up == "y":
@@ -122,7 +127,8 @@ def _in_metres(found: ModelFile, path: Path, where: str, scale: float, units: st
 
 
 def _taken(found: ModelFile, units: str | None, given_up: str | None, up: str) -> str:
-    """Which way is up, and what was taken for granted since neither the file nor the scene says it."""
+    """The up axis, and the axis and unit that were assumed because neither the file nor the scene states
+    them."""
     unsaid = [] if found.said else [word for word, given in ((f"{up} up", given_up), ("metres", units))
                                     if given is None]
     return f"{up} up" if not unsaid else f"{' and '.join(unsaid)} assumed"

@@ -1,4 +1,4 @@
-"""What a model file holds: polygons with the names and the colours that the file gives them."""
+"""The contents of a model file: polygons with names and colours."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ import numpy as np
 
 
 class Unreadable(Exception):
-    """What is wrong with a model file, as the end of a sentence that begins with the file's name."""
+    """A fault of a model file, as the end of a sentence that begins with the file's name."""
 
 
 @dataclass(frozen=True)
@@ -15,9 +15,10 @@ class Piece:
     """Polygons of one name and one colour.
 
     vertices : (n, 3) in the file's units and axes
-    corners : (m,) index of a vertex, polygon after polygon; sizes : (p,) corners of each polygon
-    names : what the file calls it, most specific first: its material, its group, its object
-    colour : linear BT.709 reflectance (3,), or None where the file gives none
+    corners : (m,) index of a vertex, polygon after polygon
+    sizes : (p,) corners of each polygon
+    names : of the material, the group and the object, the most specific first
+    colour : linear BT.709 reflectance (3,); None for none
     """
 
     vertices: np.ndarray
@@ -38,9 +39,10 @@ class Piece:
 class ModelFile:
     """All pieces of a file.
 
-    up : "z" or "y", the axis that points up; metres : one unit of the file [m]
-    said : whether the file's format says both of these; else they are the usual ones
-    notes : what could not be taken over, in sentences
+    up : "z" or "y", the up axis
+    metres : one unit of the file [m]
+    said : whether the file's format states axis and unit; else they are assumed
+    notes : sentences about contents that were not read
     """
 
     pieces: list[Piece]
@@ -51,4 +53,4 @@ class ModelFile:
 
 
 Beside = Callable[[str], bytes]
-"""The bytes of a file that a model file names, by the name it gives. Raises Unreadable."""
+"""Function from a name in a model file to the bytes of that file. Raises Unreadable."""

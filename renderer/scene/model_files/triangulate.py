@@ -1,14 +1,11 @@
-"""Polygons as triangles of the same area, concave ones too, whichever corner comes first."""
+"""The triangulation of convex and concave polygons."""
 
 import numpy as np
 
-FLAT = 1e-3
-"""A polygon whose corners leave its plane by more than this share of its size is no flat polygon."""
-
 
 def newell(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Vector areas of polygons (p, 3) (Newell; Sutherland, Sproull and Schumacker, ACM Computing Surveys 6,
-    1974): half the sum of the cross products of neighbouring corners.
+    """Vector areas (p, 3) of polygons: half the sum of the cross products of neighbouring corners (M. Newell,
+    in I. E. Sutherland, R. F. Sproull and R. A. Schumacker, ACM Computing Surveys 6, 1974).
 
     corners : (m,) index into vertices (n, 3), polygon after polygon; sizes : (p,)
     """
@@ -22,12 +19,12 @@ def newell(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -> np.n
     return np.add.reduceat(np.cross(here, here[following]), starts) / 2
 
 
-def triangulated(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray
+def triangles_of_polygons(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray
                  ) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles (k, 3) of polygons, and of which polygon each is (k,); arguments as for `newell`.
+    """Triangles (k, 3) of polygons, and the polygon (k,) of each; arguments as for `newell`.
 
-    A triangle stays itself; a quadrilateral is cut along a diagonal that lies inside it; others by ear
-    clipping in their own plane (mapbox-earcut).
+    A quadrilateral is cut along a diagonal inside it; polygons with more corners by ear clipping in their
+    plane (mapbox-earcut).
     """
     starts = np.cumsum(sizes) - sizes
     found, owner = [], []
@@ -53,7 +50,7 @@ def triangulated(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray
 
 
 def _quadrilaterals(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """Two triangles each (2k, 3) of quadrilaterals (k, 4): cut along the shorter of the diagonals inside."""
+    """Two triangles each (2k, 3) of quadrilaterals (k, 4), cut along the shorter of the diagonals inside."""
     a, b, c, d = vertices[quads].transpose(1, 0, 2)
     normal = np.cross(c - a, d - b)
 
@@ -72,7 +69,7 @@ def _quadrilaterals(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
 
 
 def _ear_clipped(ring: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Triangles (k, 3) of a polygon's corners (c, 3), by their numbers, wound as the polygon is."""
+    """Triangles (k, 3), as indices of a polygon's corners (c, 3), with the polygon's winding."""
     import mapbox_earcut
 
     length = np.linalg.norm(normal)

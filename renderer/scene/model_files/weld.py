@@ -1,4 +1,4 @@
-"""Polygons whose corners coincide where they should, each there once, as triangles."""
+"""A file's polygons as triangles, with nearby vertices welded and repeated polygons removed."""
 
 from dataclasses import dataclass
 
@@ -7,19 +7,22 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from renderer.scene.model_files.read import Polygons
-from renderer.scene.model_files.triangulate import newell, triangulated
+from renderer.scene.model_files.triangulate import newell, triangles_of_polygons
 
-WELD = 1e-7
-"""Vertices nearer than this, relative to the longest side, are one: what single-precision files resolve."""
+WELD_DISTANCE = 1e-7
+"""Largest distance between vertices that are one, relative to the longest side: the resolution of single
+precision."""
 
 
 @dataclass(frozen=True)
 class Facets:
-    """Triangles, each polygon there once.
+    """The triangles of a file's distinct polygons.
 
-    vertices : (n, 3) [m]; faces : (k, 3); part : (k,) index into the names of `Polygons`
-    polygon : (k,) which polygon of the file each is of
-    both_ways : (k,) whether the file has the polygon with the opposite winding too
+    vertices : (n, 3) [m]
+    faces : (k, 3)
+    part : (k,) index into the names of `Polygons`
+    polygon : (k,) number of the triangle's polygon in the file
+    both_ways : (k,) whether the file also has the polygon with the opposite winding
     """
 
     vertices: np.ndarray
@@ -30,21 +33,21 @@ class Facets:
 
 
 def facets(file: Polygons) -> Facets:
-    """The triangles of a file: vertices welded, polygons that are there twice left out, slivers too."""
+    """The triangles of a file, with vertices welded and without repeated polygons and slivers."""
     size = float(np.ptp(file.vertices[file.corners], axis=0).max()) or 1.0
-    vertices, index = welded(file.vertices, WELD * size)
+    vertices, index = welded(file.vertices, WELD_DISTANCE * size)
     corners, sizes, kept = _cleaned(index[file.corners], file.sizes)
     first, both = _once(vertices, corners, sizes)
     chosen = np.repeat(first, sizes)
     corners, sizes, kept, both = corners[chosen], sizes[first], kept[first], both[first]
-    faces, owner = triangulated(vertices, corners, sizes)
-    tall = heights(vertices, faces) > WELD * size
+    faces, owner = triangles_of_polygons(vertices, corners, sizes)
+    tall = heights(vertices, faces) > WELD_DISTANCE * size
     faces, owner = faces[tall], owner[tall]
     return Facets(vertices, faces, file.part[kept[owner]], kept[owner], both[owner])
 
 
 def welded(vertices: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (m, 3) of which none are nearer than that [m], and the one that each of (n, 3) became (n,)."""
+    """Vertices (m, 3) at least `near` [m] apart, and the index (n,) of the one that each of (n, 3) became."""
     from scipy.spatial import KDTree
 
     distinct, index = np.unique(vertices, axis=0, return_inverse=True)
@@ -58,7 +61,7 @@ def welded(vertices: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def heights(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Height of each triangle over its longest side (k,) [m]."""
+    """Height (k,) [m] of each triangle over its longest side."""
     a, b, c = vertices[faces].transpose(1, 0, 2)
     longest = np.max([np.linalg.norm(q - p, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0,
                      initial=0.0)
@@ -66,7 +69,7 @@ def heights(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _cleaned(corners: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Polygons without a corner that repeats the one before it, those left with three at least, and which."""
+    """Polygons without repeated neighbouring corners, of those that keep three corners, and their indices."""
     starts = np.cumsum(sizes) - sizes
     before = np.arange(len(corners)) - 1
     before[starts] = starts + sizes - 1
@@ -78,8 +81,8 @@ def _cleaned(corners: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def _once(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which polygons are the first of their corners (p,), and which of these are there with the opposite
-    winding too (p,)."""
+    """Whether polygons (p,) are the first with their corners, and whether another has the opposite winding
+    (p,)."""
     starts = np.cumsum(sizes) - sizes
     first, both = np.ones(len(sizes), dtype=bool), np.zeros(len(sizes), dtype=bool)
     normals = newell(vertices, corners, sizes)

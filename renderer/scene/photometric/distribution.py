@@ -1,4 +1,4 @@
-"""Luminous intensity by direction, as goniophotometers measure it and photometric files tabulate it."""
+"""Luminous intensity by direction, as measured by goniophotometers and tabulated in photometric files."""
 
 from dataclasses import dataclass
 
@@ -7,20 +7,19 @@ import numpy as np
 from renderer.system.lazy import cached_property
 
 POLES = {"C": ((1, 0), (1, 1), (1, 2)), "B": ((1, 2), (1, 0), (-1, 1)), "A": ((1, 2), (-1, 1), (1, 0))}
-"""Where a goniometer's azimuth of 0, that of 90° and its pole point: sign and which of C0, C90 and nadir."""
-DOWNWARD = 0.25
-"""Step [°] of the directions that a flux through half of all directions is summed over."""
+"""Directions of a goniometer's azimuth 0°, azimuth 90° and pole: sign and index of C0, C90 or nadir."""
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """A table of luminous intensity, linear between its directions and nothing outside them.
+    """A table of luminous intensity, linear between its directions and 0 outside them.
 
-    azimuth : (m,) [°], ascending; polar : (n,) [°], ascending, within 0 … 180
+    azimuth : (m,) [°], ascending
+    polar : (n,) [°], ascending, within 0 … 180
     candela : (m, n) [cd]
-    kind : a key of POLES, the goniometer's type. "C": the pole is the nadir, polar is γ, azimuth is C.
-        "B": it is C270, polar is 90 − H, azimuth is V, from the nadir toward C0.
-        "A": it is C0, polar is 90 − V, azimuth is H, from the nadir toward C270.
+    kind : type of the goniometer, a key of POLES. "C": the pole is the nadir, polar is γ, azimuth is C. "B":
+        the pole is C270, polar is 90 − H, azimuth is V, from the nadir toward C0. "A": the pole is C0, polar
+        is 90 − V, azimuth is H, from the nadir toward C270.
     """
 
     azimuth: np.ndarray
@@ -29,11 +28,12 @@ class Distribution:
     kind: str = "C"
 
     def intensity(self, away: np.ndarray) -> np.ndarray:
-        """Luminous intensity (…) [cd] along directions (…, 3), by components to C0, C90 and nadir."""
+        """Luminous intensity (…) [cd] along directions (…, 3) with components along C0, C90 and nadir."""
         return self.toward(*np.moveaxis(away, -1, 0))
 
     def toward(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """The same by components (…) each, of any length."""
+        """Luminous intensity (…) [cd] along directions of any length with components x, y, z (…) along C0,
+        C90 and nadir."""
         given = x, y, z
         ahead, aside, pole = (given[axis] if sign > 0 else -given[axis] for sign, axis in POLES[self.kind])
         polar = np.arctan2(np.sqrt(ahead * ahead + aside * aside), pole)
@@ -69,12 +69,12 @@ class Distribution:
 
     @cached_property
     def _round(self) -> bool:
-        """Whether it is alike all round."""
+        """Whether the intensity depends on the polar angle only."""
         return self.azimuth[-1] - self.azimuth[0] == 360 and bool((self.candela == self.candela[0]).all())
 
     @cached_property
     def flux(self) -> float:
-        """Luminous flux [lm]: the exact integral of what stands between the table's directions."""
+        """Luminous flux [lm]: the exact integral of the interpolated table."""
         a, b = np.radians(self.polar[:-1]), np.radians(self.polar[1:])
         first, last = self.candela[:, :-1], self.candela[:, 1:]
         # ∫ I sin γ dγ with I linear, by parts.
@@ -88,8 +88,10 @@ class Distribution:
 
     @cached_property
     def peak(self) -> tuple[float | None, float]:
-        """Direction C and γ [°] of the largest intensity, that of least C where there are several; C is None
-        where it is straight down or up, or alike all round."""
+        """Direction C and γ [°] of the largest intensity, of least C where several are equal.
+
+        C is None for a direction straight down or up, and for a table that depends on the polar angle only.
+        """
         row, column = np.unravel_index(self.candela.argmax(), self.candela.shape)
         azimuth, polar = np.radians(self.azimuth[row]), np.radians(self.polar[column])
         ahead, aside, pole = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)
@@ -104,13 +106,14 @@ class Distribution:
 
     @cached_property
     def step(self) -> float:
-        """The finest detail [rad]: the smallest step between directions where the table has light."""
+        """Smallest step [rad] between polar angles where the table has light."""
         lit = np.flatnonzero(self.candela.max(axis=0) > 0)
         steps = np.diff(self.polar[max(lit[0] - 1, 0): lit[-1] + 2])
         return float(np.radians(steps.min()))
 
     def beyond(self, normal: np.ndarray) -> float:
-        """Share of the flux (0 … 1) that leaves against a unit normal (3,), by C0, C90 and nadir."""
+        """Share of the flux (0 … 1) that leaves against a unit normal (3,), with components along C0, C90,
+        nadir."""
         shares, key = self._shares_beyond, tuple(np.round(normal, 12))
         if key not in shares:
             shares[key] = self._share_beyond(normal)
@@ -118,11 +121,11 @@ class Distribution:
 
     @cached_property
     def _shares_beyond(self) -> dict[tuple, float]:
-        """By direction: an array of luminaires asks for one again and again."""
+        """Results of `beyond` by direction: the luminaires of an array ask for the same one."""
         return {}
 
     def _share_beyond(self, normal: np.ndarray) -> float:
-        gamma = np.arange(DOWNWARD / 2, 180, DOWNWARD)
+        gamma = np.arange(0.125, 180, 0.25)
         c = np.arange(1.0, 360, 2)
         gamma, c = np.meshgrid(gamma, c)
         weight = np.sin(np.radians(gamma)) * self.at(c, gamma)
@@ -135,18 +138,18 @@ class Distribution:
 
 @dataclass(frozen=True)
 class Stops:
-    """Angles (n,) [rad], ascending, at which a table has entries."""
+    """Angles (n,) [rad] of a table's entries, ascending."""
 
     stops: np.ndarray
 
     @cached_property
     def _step(self) -> float | None:
-        """From each to the next; None where they are not evenly spaced."""
+        """Step [rad] between the angles; None for uneven steps."""
         steps = np.diff(self.stops)
         return float(steps.mean()) if np.ptp(steps) < 1e-9 * steps[0] else None
 
     def place(self, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which interval each angle is in (…), and how far along (0 … 1)."""
+        """Index (…) of the interval of each angle, and its position (0 … 1) in the interval."""
         if self._step is not None:  # no search
             along = (at - self.stops[0]) / self._step
             k = np.clip(along.astype(np.int64), 0, len(self.stops) - 2)
@@ -156,7 +159,7 @@ class Stops:
 
 
 def _between(row: np.ndarray, k: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """What stands between entries k and k + 1 of a row, t along the way (…)."""
+    """Values (…) interpolated between entries k and k + 1 of a row, at position t (0 … 1)."""
     here = row.take(k)
     rise = row[1:].take(k)
     rise -= here
@@ -165,12 +168,10 @@ def _between(row: np.ndarray, k: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def all_round(c: np.ndarray, candela: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """C-planes (m,) [°] and their intensities (m, n), made a whole turn.
+    """C-planes (m,) [°] and their intensities (m, n) completed to a whole turn.
 
-    One plane turns about the nadir. Planes over a quarter turn between two of C0, C90, C180 and C270 are
-    mirrored at
-    both; those over half a turn at the plane that they begin and end with; a turn closes with its first
-    plane.
+    One plane is repeated all round. Planes over a quarter turn between two of C0, C90, C180 and C270 are
+    mirrored at both; planes over half a turn at the first and last. A turn closes with its first plane.
     """
     if len(c) == 1:
         return np.array([0.0, 360.0]), np.repeat(candela, 2, axis=0)

@@ -1,4 +1,4 @@
-"""Reading EULUMDAT photometric files (.ldt; A. W. Stockmar, Licht '90, 1990)."""
+"""The reader of EULUMDAT photometric files (.ldt; A. W. Stockmar, Licht '90, 1990)."""
 
 import numpy as np
 
@@ -16,16 +16,9 @@ from renderer.scene.photometric.numbers import (
 from renderer.scene.photometric.record import Photometry
 from renderer.scene.photometric.shapes import Cylinder, Shape
 
-MOST_PLANES = 721
-MOST_ANGLES = 721
-AGREES = 0.005
-"""How far the intensities' flux may be from the stated one before it is said."""
-SHARE_OFF = 2.0
-"""Likewise of the downward flux fraction, in per cent."""
-
 
 def read_eulumdat(text: str) -> Photometry:
-    """The photometry that the text of an EULUMDAT file states. Raises ValueError with a sentence."""
+    """The photometry in the text of an EULUMDAT file. Raises ValueError with a sentence."""
     lines, faults = LINE_END.split(text), []
     note_radiometric(lines[:12], faults)
 
@@ -43,8 +36,8 @@ def read_eulumdat(text: str) -> Photometry:
         return int(value)
 
     symmetry = whole(3, "the symmetry Isym", 0, 4)
-    n_planes = whole(4, "the number of C-planes", 1, MOST_PLANES)
-    n_angles = whole(6, "the number of angles in a plane", 2, MOST_ANGLES)
+    n_planes = whole(4, "the number of C-planes", 1, 721)
+    n_angles = whole(6, "the number of angles in a plane", 2, 721)
     length, width, *heights = (field(k, "the luminous area") / 1000 for k in range(16, 22))
     downward, light_output, conversion = (field(k, what) for k, what in (
         (22, "the downward flux fraction"), (23, "the light output ratio"), (24, "the conversion factor")))
@@ -83,7 +76,7 @@ def read_eulumdat(text: str) -> Photometry:
     distribution = Distribution(azimuth, gamma, candela)
     stated = _stated(light_output, lumens, distribution.flux, faults)
     down = 100 * (1 - distribution.beyond(np.array([0.0, 0.0, 1.0])))
-    if abs(down - downward) > SHARE_OFF:
+    if abs(down - downward) > 2.0:
         faults.append(f"it states a downward flux fraction of {downward:g} %; its intensities give "
                       f"{down:.3g} %")
     opening_in_metres([length, width, *heights], "millimetres", faults)
@@ -94,7 +87,7 @@ def read_eulumdat(text: str) -> Photometry:
 
 
 def _given(symmetry: int, planes: np.ndarray) -> np.ndarray:
-    """The C-planes [°] whose intensities follow, in their order; mirrored ones are left out."""
+    """The C-planes [°] with intensities in the file, in order, without mirrored ones. Raises ValueError."""
     if symmetry == 1:
         return planes[:1] * 0.0
     if symmetry == 0:
@@ -114,12 +107,15 @@ def _given(symmetry: int, planes: np.ndarray) -> np.ndarray:
 
 
 def _stated(light_output: float, lumens: float, flux: float, faults: list[str]) -> float | None:
-    """Flux of the luminaire [lm] by its light output ratio [%]; None where that is not stated."""
+    """Flux [lm] of the luminaire by its light output ratio [%]; None for a file without one.
+
+    Notes a flux of the intensities that differs from it by more than 0.5 %.
+    """
     if not 0 < light_output < 1000:
         faults.append(f"its light output ratio is {light_output:g} %; the intensities are taken as they are")
         return None
     stated = light_output / 100 * lumens
-    if abs(flux - stated) > AGREES * stated:
+    if abs(flux - stated) > 0.005 * stated:
         faults.append(f"it states {stated:.5g} lm ({light_output:g} % of its lamps'), but its intensities "
                       f"add up to {flux:.5g} lm; the intensities are taken")
     return stated

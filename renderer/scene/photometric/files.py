@@ -1,4 +1,4 @@
-"""Photometric files: which reader takes one, and every refusal of a file that cannot be read."""
+"""The reader for each photometric file format, and the refusals of unreadable files."""
 
 from pathlib import Path
 
@@ -9,17 +9,13 @@ from renderer.scene.photometric.record import Photometry
 from renderer.system.charsets import decode
 from renderer.system.input_files import read_input
 
-READERS = {".ies": read_lm63, ".ldt": read_eulumdat}
-MAX_OPENING = 100.0
-"""Longest side of a luminous opening [m]."""
-
 
 def read_photometry(path: Path, where: str) -> Photometry:
     """Read an IES LM-63 (.ies) or EULUMDAT (.ldt) file. Raises InputError.
 
-    where : what names the file, for the message.
+    where : scene file and key, for messages
     """
-    reader = READERS.get(path.suffix.lower())
+    reader = {".ies": read_lm63, ".ldt": read_eulumdat}.get(path.suffix.lower())
     if reader is None:
         raise InputError(f"{where} is {str(path)!r}; must end in .ies (IES LM-63) or .ldt (EULUMDAT). Rename "
                          "it.")
@@ -28,10 +24,10 @@ def read_photometry(path: Path, where: str) -> Photometry:
         photometry = reader(_text(data))
     except ValueError as error:
         raise InputError(f"{where}: {path.name} {error}.") from None
-    shape = photometry.shape
-    if max(shape.length, shape.width, shape.height) > MAX_OPENING:
+    shape, longest = photometry.shape, 100.0
+    if max(shape.length, shape.width, shape.height) > longest:
         raise InputError(f"{where}: {path.name} has a luminous opening of {shape.length:g} × {shape.width:g} "
-                         f"× {shape.height:g} m; must be up to {MAX_OPENING:g} m. Is its unit right?")
+                         f"× {shape.height:g} m; must be up to {longest:g} m. Is its unit right?")
     return photometry
 
 

@@ -1,4 +1,4 @@
-"""Reading IES LM-63 photometric files, of 1986, 1991, 1995, 2002 and 2019."""
+"""The reader of IES LM-63 photometric files, editions 1986, 1991, 1995, 2002 and 2019."""
 
 import re
 from dataclasses import dataclass
@@ -11,36 +11,28 @@ from renderer.scene.photometric.numbers import (
     Numbers,
     ascending,
     checked_intensities,
+    field_within,
     note_poles,
     note_radiometric,
     opening_in_metres,
-    within,
 )
 from renderer.scene.photometric.record import Photometry, Tilt
 from renderer.scene.photometric.shapes import Shape, shape_of_lm63
 
-FEET = 0.3048
-MOST_ANGLES = 4000
 FIELDS = ("number of lamps", "lumens per lamp", "candela multiplier", "number of vertical angles",
           "number of horizontal angles", "photometric type", "units type", "width", "length", "height")
 FACTORS = ("ballast factor", "ballast-lamp factor", "input watts")
-KINDS = {1: "C", 2: "B", 3: "A"}
-NOMINAL = 0.02
-"""How far the lamps' lumens may be below the light measured before something must be wrong."""
-EDITION = re.compile(r"\s*IES(?:NA)?[\s:_-]*(?:LM[\s-]?63[\s:-]*)?(?P<year>\d{4}|\d{2})\b", re.IGNORECASE)
-TILT = re.compile(r"\s*TILT\s*=\s*(?P<which>.*?)\s*$", re.IGNORECASE)
-GENERATION_TYPE = re.compile(r"1\.[01]{5}")
-"""How an LM-63-2019 file was made, a digit for each question, where earlier ones have the ballast-lamp
-factor."""
-STANDARD_RANGES = ((0, 90), (0, 180), (90, 270), (0, 360))
-"""Horizontal angles [°], from and to, that LM-63 knows for type C."""
+PHOTOMETRIC_TYPES = {1: "C", 2: "B", 3: "A"}
 
 
 @dataclass(frozen=True)
 class _Head:
-    """What stands before the numbers.
+    """The lines before the numbers.
 
-    year : of the edition; edition : as the file writes it; body : index of the first line after TILT=
+    year : of the edition, 0 for none
+    edition : as the file writes it
+    tilt : text after TILT=
+    body : index of the first line after TILT=
     """
 
     year: int
@@ -51,14 +43,14 @@ class _Head:
 
 
 def read_lm63(text: str) -> Photometry:
-    """The photometry that the text of an LM-63 file states. Raises ValueError with a sentence."""
+    """The photometry in the text of an LM-63 file. Raises ValueError with a sentence."""
     lines, faults = LINE_END.split(text), []
     head = _head(lines, faults)
     _refuse_decimal_commas(lines, head.body, head.tilt)
     numbers = Numbers("\n".join(lines[head.body:]))
     tilt = _tilt(head.tilt, numbers, faults)
     field = {name: numbers.next(f"the {name}") for name in FIELDS}
-    if field["photometric type"] not in KINDS:
+    if field["photometric type"] not in PHOTOMETRIC_TYPES:
         raise ValueError(f"has the photometric type {field['photometric type']:g}; must be 1 (C), 2 (B) or 3 "
                          "(A). Correct it")
     counts = [_whole(field[f"number of {which} angles"], f"number of {which} angles")
@@ -70,12 +62,13 @@ def read_lm63(text: str) -> Photometry:
                             for which, count in zip(("vertical", "horizontal"), counts, strict=True))
     candela = numbers.take(len(vertical) * len(horizontal), "the candela values")
     numbers.refuse_rest(faults)
-    factor = within(field, "candela multiplier", 1e-9, 1e9) * within(field, "ballast factor", 1e-3, 10)
+    factor = field_within(field, "candela multiplier", 1e-9, 1e9)
+    factor *= field_within(field, "ballast factor", 1e-3, 10)
     if year < 1995:
-        # Later editions keep this field free, or say in it how the file was made.
-        factor *= within(field, "ballast-lamp factor", 1e-3, 10)
+        # Later editions leave this field free, or state the file generation type in it.
+        factor *= field_within(field, "ballast-lamp factor", 1e-3, 10)
     candela = checked_intensities(candela.reshape(len(horizontal), len(vertical)) * factor, faults)
-    kind = KINDS[field["photometric type"]]
+    kind = PHOTOMETRIC_TYPES[field["photometric type"]]
     distribution = (_type_c(vertical, horizontal, candela, faults) if kind == "C"
                     else _type_a_or_b(vertical, horizontal, candela, kind, faults))
     lamps = _lamp_lumens(field, distribution.flux / factor * field["candela multiplier"], faults)
@@ -85,14 +78,16 @@ def read_lm63(text: str) -> Photometry:
 
 
 def _head(lines: list[str], faults: list[str]) -> _Head:
-    """The lines before the numbers; year 0 where no edition is named, as before 1991."""
-    found = {k: match["which"] for k, line in enumerate(lines) if (match := TILT.match(line))}
+    """The lines before the numbers; year 0 without an edition, as before 1991. Raises ValueError."""
+    tilts = (re.match(r"\s*TILT\s*=\s*(?P<which>.*?)\s*$", line, re.IGNORECASE) for line in lines)
+    found = {k: match["which"] for k, match in enumerate(tilts) if match}
     tilt = next((k for k, which in found.items() if which.upper() in ("NONE", "INCLUDE")),
                 next(iter(found), None))
     if tilt is None:
         raise ValueError("has no line TILT=, so it is no IES LM-63 file or is cut short. "
                          "Download the file again")
-    named = next((match for line in lines[:tilt] if (match := EDITION.match(line))), None)
+    edition = r"\s*IES(?:NA)?[\s:_-]*(?:LM[\s-]?63[\s:-]*)?(?P<year>\d{4}|\d{2})\b"
+    named = next((match for line in lines[:tilt] if (match := re.match(edition, line, re.IGNORECASE))), None)
     year = int(named["year"]) if named else 0
     year += 0 if not 0 < year < 100 else 1900 if year > 50 else 2000
     edition = " ".join(named.string.split()) if named else "LM-63-1986"
@@ -101,8 +96,8 @@ def _head(lines: list[str], faults: list[str]) -> _Head:
 
 
 def _title(lines: list[str], has_keywords: bool) -> str:
-    """The luminaire's name by its keyword, lines of [MORE] appended; in the first editions the first
-    label."""
+    """The luminaire's name from its keyword, with lines of [MORE] appended; in the first editions the
+    labels."""
     keywords, last = {}, None
     for line in lines:
         match = re.match(r"\s*\[([^\]]*)\]\s*(.*)", line)
@@ -113,14 +108,14 @@ def _title(lines: list[str], has_keywords: bool) -> str:
             keywords[last] = f"{keywords[last]} {value}".strip()
         elif name not in keywords:
             keywords[name], last = value, name
-        else:  # given again, so [MORE] behind it is not of the first
+        else:  # a repeated keyword: [MORE] after it does not belong to the first
             last = None
     plain = "" if has_keywords or keywords else ", ".join(line.strip() for line in lines if line.strip())
     return keywords.get("LUMINAIRE") or keywords.get("LUMCAT") or plain
 
 
 def _refuse_decimal_commas(lines: list[str], start: int, tilt: str) -> None:
-    """Raise ValueError where the counts are right only if commas between digits are decimal ones."""
+    """Raise ValueError where the counts are right only with commas between digits as decimal commas."""
     at = next((k for k in range(start, len(lines)) if re.search(r"\d,\d", lines[k])), None)
     if at is None:
         return
@@ -135,12 +130,12 @@ def _refuse_decimal_commas(lines: list[str], start: int, tilt: str) -> None:
     wanted = len(FIELDS) + len(FACTORS) + n_vertical + n_horizontal + n_vertical * n_horizontal
     if len(numbers) - first == wanted:
         raise ValueError(f"writes its decimals with a comma: line {at + 1} is "
-                         f"{' '.join(lines[at].split())[:40]!r}, "
-                         "and in LM-63 a comma parts two numbers. Write decimal points")
+                         f"{' '.join(lines[at].split())[:40]!r}, and in LM-63 a comma parts two numbers. "
+                         "Write decimal points")
 
 
 def _refuse_missing_factors(numbers: Numbers, n_vertical: int, n_horizontal: int) -> None:
-    """Raise ValueError where the line of factors and watts is left out, the angles following at once."""
+    """Raise ValueError where the line of factors and watts is missing and the angles follow at once."""
     if numbers.left != n_vertical + n_horizontal + n_vertical * n_horizontal:
         return
     try:
@@ -149,14 +144,16 @@ def _refuse_missing_factors(numbers: Numbers, n_vertical: int, n_horizontal: int
         return
     if angles[0] in (-90, 0, 90) and angles == sorted(angles):
         raise ValueError(f"has no line with the {FACTORS[0]}, the {FACTORS[1]} and the {FACTORS[2]} before "
-                         f"its "
-                         "vertical angles. Put it there; for an LED luminaire it is 1 1 and the watts")
+                         "its vertical angles. Put it there; for an LED luminaire it is 1 1 and the watts")
 
 
 def _is_generation_type(numbers: Numbers, faults: list[str]) -> bool:
-    """Whether the ballast-lamp factor of a file that names no edition says how the file was made instead."""
+    """Whether the ballast-lamp factor of a file without an edition is the file generation type of LM-63-2019.
+
+    That type has a digit for each of five questions about the origin of the file.
+    """
     factors = numbers.ahead(len(FACTORS))
-    if len(factors) < 2 or not GENERATION_TYPE.fullmatch(factors[1]):
+    if len(factors) < 2 or not re.fullmatch(r"1\.[01]{5}", factors[1]):
         return False
     faults.append(f"it names no edition; its {factors[1]} is written as the file generation type of "
                   "LM-63-2019 and taken for that, not for a ballast-lamp factor")
@@ -177,21 +174,18 @@ def _tilt(which: str, numbers: Numbers, faults: list[str]) -> Tilt | None:
     ascending(angles, "tilt angles", 0, 180)
     if factors.min() < 0 or factors.max() > 10:
         raise ValueError(f"has tilt factors from {factors.min():g} to {factors.max():g}; must be from 0 to "
-                         f"10. "
-                         "Correct them")
+                         "10. Correct them")
     if np.ptp(factors) > 0 or factors[0] != 1:
         faults.append("its light depends on its tilt (TILT=INCLUDE): times "
                       + ", ".join(f"{f:g} at {a:g}°" for f, a in zip(factors[:7], angles[:7], strict=True))
                       + (" …" if count > 7 else "") + "; the values here are without that factor, a room "
-                                                      "applies "
-                      "it for the luminaire's `normal`")
+                                                      "applies it for the luminaire's `normal`")
     return Tilt(angles, factors)
 
 
 def _whole(value: float, name: str) -> int:
-    if value != int(value) or not 1 <= value <= MOST_ANGLES:
-        raise ValueError(f"has the {name} {value:g}; must be a whole number from 1 to {MOST_ANGLES}. "
-                         f"Correct it")
+    if value != int(value) or not 1 <= value <= 4000:
+        raise ValueError(f"has the {name} {value:g}; must be a whole number from 1 to 4000. Correct it")
     return int(value)
 
 
@@ -202,7 +196,7 @@ def _type_c(vertical, horizontal, candela, faults: list[str]) -> Distribution:
     if vertical[0] not in (0, 90) or vertical[-1] not in (90, 180):
         faults.append(f"its vertical angles go from {vertical[0]:g} to {vertical[-1]:g}°, not from 0 or 90 "
                       "to 90 or 180; beyond them it gives no light")
-    if len(horizontal) > 1 and (first, last) not in STANDARD_RANGES:
+    if len(horizontal) > 1 and (first, last) not in ((0, 90), (0, 180), (90, 270), (0, 360)):
         _note_range(horizontal, faults)
     note_poles(vertical, candela, faults)
     azimuth, candela = all_round(horizontal, candela)
@@ -210,9 +204,10 @@ def _type_c(vertical, horizontal, candela, faults: list[str]) -> Distribution:
 
 
 def _note_range(horizontal: np.ndarray, faults: list[str]) -> None:
-    """Note how horizontal angles [°] that LM-63 does not know for type C are completed. Raises ValueError
-    where
-    they cannot be."""
+    """Note the completion of horizontal angles [°] that LM-63 does not define for type C.
+
+    Raises ValueError for angles that cannot be completed.
+    """
     first, last = horizontal[0], horizontal[-1]
     span = last - first
     if first % 90 == 0 and span in (90, 180):
@@ -244,7 +239,10 @@ def _type_a_or_b(vertical, horizontal, candela, kind: str, faults: list[str]) ->
 
 
 def _lamp_lumens(field: dict[str, float], flux: float, faults: list[str]) -> float | None:
-    """Of all lamps [lm], None where the candela are absolute; flux : without the ballast factor [lm]."""
+    """Flux [lm] of all lamps; None in absolute photometry.
+
+    flux : of the intensities without the ballast factor [lm]; one more than 2 % above the lamps' is noted
+    """
     each = field["lumens per lamp"]
     if each < 0:
         return None
@@ -252,7 +250,7 @@ def _lamp_lumens(field: dict[str, float], flux: float, faults: list[str]) -> flo
     if not 0 < lamps < 1e12:
         faults.append(f"it states {lamps:g} lm of the lamps; the candela values are taken as they are")
         return None
-    if flux > (1 + NOMINAL) * lamps:
+    if flux > 1.02 * lamps:
         faults.append(f"its candela values add up to {flux:.5g} lm, more than the {lamps:.5g} lm of its "
                       "lamps; the candela values are taken")
     return lamps
@@ -263,6 +261,6 @@ def _shape(field: dict[str, float], year: int, faults: list[str]) -> Shape:
     unit = field["units type"]
     if unit not in (1, 2):
         faults.append(f"its units type is {unit:g}, neither 1 (feet) nor 2 (metres); metres are taken")
-    size = [field[name] * (FEET if unit == 1 else 1.0) for name in ("width", "length", "height")]
+    size = [field[name] * (0.3048 if unit == 1 else 1.0) for name in ("width", "length", "height")]
     size = opening_in_metres(size, "feet" if unit == 1 else "metres", faults)
     return shape_of_lm63(*size, year >= 2002, faults)

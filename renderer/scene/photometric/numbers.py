@@ -1,4 +1,4 @@
-"""The numbers of a photometric file, one after another, and what they must be like."""
+"""The numbers of a photometric file in sequence, and the checks on them."""
 
 import re
 from math import isfinite
@@ -6,25 +6,13 @@ from math import isfinite
 import numpy as np
 
 MAX_INTENSITY_CD = 1e12
-"""Largest intensity [cd] that is taken for one; the sun's is 3e27."""
+"""Largest intensity [cd] that a file may state; that of the sun is 3e27."""
 LINE_END = re.compile(r"\r\n|\r|\n")
-"""str.splitlines would also part a line at Latin-1's 0x85."""
-MAX_NUMBER = 1e15
-"""Largest number of any kind."""
-NEGATIVE_NOISE = 0.01
-"""Share of the largest intensity by which another may be below 0 and still be the instrument's noise."""
-POLE_SPREAD = 0.05
-"""Share by which the intensities straight down, or up, of one luminaire may differ from plane to plane."""
-RADIOMETRIC = re.compile(r"radiometric|\b[mµu]?W\s*/\s*sr\b|watts?\s+per\s+steradian|radiant\s+intensity"
-                         r"|[µμu]mol|photosynthetic|\bPPFD?\b", re.IGNORECASE)
-LONGEST_OPENING = 5.0
-"""Side of a luminous opening [m] past which it is said."""
-MILLIMETRES_FROM = 20.0
-"""Side [m] from which an opening in metres can only be one in millimetres."""
+"""Ends of lines; str.splitlines would also end a line at Latin-1's 0x85."""
 
 
 class Numbers:
-    """Numbers of a text, apart by spaces, commas and line ends."""
+    """The numbers of a text, separated by spaces, commas and line ends."""
 
     def __init__(self, text: str):
         self._tokens = [t for t in re.split(r"[\s,;\x1a]+", text) if t]
@@ -32,11 +20,11 @@ class Numbers:
 
     @property
     def left(self) -> int:
-        """How many are still to come."""
+        """Count of numbers not yet taken."""
         return len(self._tokens) - self._next
 
     def next(self, what: str) -> float:
-        """The next number. Raises ValueError where there is none, or something else."""
+        """The next number. Raises ValueError at the end and for other text."""
         if not self.left:
             raise ValueError(f"ends before {what}; it is cut short, or its counts are wrong. "
                              "Download the file again")
@@ -45,18 +33,18 @@ class Numbers:
         return number(token, what)
 
     def ahead(self, count: int) -> list[str]:
-        """The next few as they stand in the text; fewer where it ends."""
+        """The next numbers as text, without taking them; fewer at the end."""
         return self._tokens[self._next:self._next + count]
 
     def take(self, count: int, what: str) -> np.ndarray:
-        """The next numbers (count,). Raises ValueError where there are not so many."""
+        """The next numbers (count,). Raises ValueError where fewer are left."""
         if self.left < count:
             raise ValueError(f"has {self.left} numbers where {what} must be {count}; it is cut short, or its "
                              "counts are wrong. Download the file again")
         return np.array([self.next(what) for _ in range(count)])
 
     def refuse_rest(self, faults: list[str]) -> None:
-        """Raise ValueError where numbers other than 0 are left over; note zeros and other text."""
+        """Raise ValueError where numbers other than 0 are left; note zeros and other text."""
         rest = self._tokens[self._next:]
         if not rest:
             return
@@ -71,27 +59,28 @@ class Numbers:
 
 
 def number(token: str, what: str) -> float:
-    """A number from text. Raises ValueError where it is none, or not finite, or absurdly large."""
+    """A number from text. Raises ValueError for other text and for a number that is not finite or above
+    1e15."""
     try:
         if "_" in token:
             raise ValueError
         value = float(token)
     except ValueError:
         raise ValueError(f"has {token[:20]!r} for {what}; must be a number. Correct it") from None
-    if not isfinite(value) or abs(value) > MAX_NUMBER:
-        raise ValueError(f"has {token[:20]} for {what}; must be a number up to {MAX_NUMBER:.0e}. Correct it")
+    if not isfinite(value) or abs(value) > 1e15:
+        raise ValueError(f"has {token[:20]} for {what}; must be a number up to 1e+15. Correct it")
     return value
 
 
-def within(field: dict[str, float], name: str, low: float, high: float) -> float:
-    """A field's value. Raises ValueError where it is not between two limits."""
+def field_within(field: dict[str, float], name: str, low: float, high: float) -> float:
+    """A field's value. Raises ValueError for one outside the limits."""
     if not low <= field[name] <= high:
         raise ValueError(f"has the {name} {field[name]:g}; must be from {low:g} to {high:g}. Correct it")
     return field[name]
 
 
 def ascending(angles: np.ndarray, name: str, low: float, high: float, least: int = 1) -> None:
-    """Raise ValueError where angles [°] do not rise, or leave their range."""
+    """Raise ValueError for angles [°] that do not ascend, leave their range, or are fewer than `least`."""
     if len(angles) < least:
         raise ValueError(f"has {len(angles)} {name}; at least {least} are needed. Correct the file")
     back = np.flatnonzero(np.diff(angles) < 1e-6)
@@ -104,14 +93,14 @@ def ascending(angles: np.ndarray, name: str, low: float, high: float, least: int
 
 
 def checked_intensities(candela: np.ndarray, faults: list[str]) -> np.ndarray:
-    """Intensities (m, n) [cd] with the noise below 0 set to 0, which is noted.
+    """Intensities (m, n) [cd] with noise below 0, down to −1 % of the largest, set to 0 and noted.
 
-    Raises ValueError where they are negative, absurd or all nothing.
+    Raises ValueError for negative, excessive or only zero intensities.
     """
     if candela.max() > MAX_INTENSITY_CD:
         raise ValueError(f"has an intensity of {candela.max():g} cd; must be up to "
                          f"{MAX_INTENSITY_CD:.0e}. Correct the file")
-    if candela.min() < -NEGATIVE_NOISE * max(candela.max(), 0.0):
+    if candela.min() < -0.01 * max(candela.max(), 0.0):
         row, column = np.unravel_index(candela.argmin(), candela.shape)
         raise ValueError(f"has a negative intensity, {candela.min():g} cd, value {column + 1} of plane "
                          f"{row + 1}; light is not negative. Put 0 there if it is noise")
@@ -119,39 +108,42 @@ def checked_intensities(candela: np.ndarray, faults: list[str]) -> np.ndarray:
         raise ValueError("has no intensity above 0, so it gives no light. Download the file again")
     below = int((candela < 0).sum())
     if below:
-        faults.append(f"{below} of its intensities {'are' if below > 1 else 'is'} below 0, "
-                      f"{candela.min():g} cd at "
-                      "the lowest; 0 is taken")
+        faults.append(f"{below} of its intensities {'are' if below > 1 else 'is'} below 0, {candela.min():g} "
+                      "cd at the lowest; 0 is taken")
     return np.clip(candela, 0.0, None)
 
 
 def note_poles(angles: np.ndarray, candela: np.ndarray, faults: list[str]) -> None:
-    """Note where planes (m, n) [cd] disagree straight down or up, at polar angles (n,) [°] of 0 and 180."""
+    """Note planes (m, n) [cd] that differ by more than 5 % straight down or up, at polar angles (n,) [°] 0
+    and 180."""
     for column, pole, where in ((0, 0.0, "down"), (-1, 180.0, "up")):
         light = candela[:, column]
-        if angles[column] == pole and np.ptp(light) > POLE_SPREAD * light.max():
+        if angles[column] == pole and np.ptp(light) > 0.05 * light.max():
             faults.append(f"straight {where} it has different intensities in different planes, "
                           f"{light.min():g} to {light.max():g} cd")
 
 
 def note_radiometric(labels: list[str], faults: list[str]) -> None:
-    """Note a label that says that the values are no candela."""
-    said = next((line for line in labels if RADIOMETRIC.search(line)), None)
+    """Note a label by which the values are not candela."""
+    said = next((line for line in labels if re.search(
+        r"radiometric|\b[mµu]?W\s*/\s*sr\b|watts?\s+per\s+steradian|radiant\s+intensity"
+        r"|[µμu]mol|photosynthetic|\bPPFD?\b", line, re.IGNORECASE)), None)
     if said is not None:
         faults.append(f"its label {' '.join(said.split())[:60]!r} says that its values are radiometric or of "
                       "photons; they are read as candela")
 
 
 def opening_in_metres(size: list[float], unit: str, faults: list[str]) -> list[float]:
-    """Signed dimensions [m] of a luminous opening, taken for millimetres where the file says metres and no
-    luminaire is so long. unit : what the file says"""
+    """Signed dimensions [m] of a luminous opening; from 20 "metres" on they are taken as millimetres.
+
+    unit : of the file; a side over 5 m is noted
+    """
     longest = max(map(abs, size))
-    if longest >= MILLIMETRES_FROM and unit == "metres":
-        faults.append(f"its luminous opening would be {longest:g} m long, so it is in millimetres though "
-                      f"the file "
-                      f"says metres; {longest:g} mm is taken")
+    if longest >= 20.0 and unit == "metres":
+        faults.append(f"its luminous opening would be {longest:g} m long, so it is in millimetres though the "
+                      f"file says metres; {longest:g} mm is taken")
         return [x / 1000 for x in size]
-    if longest > LONGEST_OPENING:
+    if longest > 5.0:
         faults.append(f"its luminous opening is {longest:g} m long; is it in {unit}? It is taken as it "
                       f"stands")
     return size

@@ -1,4 +1,4 @@
-"""Luminous openings as photometric files describe them: their extent, their shape, their projected areas."""
+"""Luminous openings of photometric files: extent, shape and projected area."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,9 @@ C0, C90, NADIR = range(3)
 class Shape:
     """A luminous opening about the photometric centre: a rectangle, or a box with luminous sides.
 
-    length : along C0 [m]; width : along C90 [m]; height : along the nadir [m]; 0 for none
+    length : along C0 [m], 0 for none
+    width : along C90 [m]
+    height : along the nadir [m]
     """
 
     length: float
@@ -25,26 +27,27 @@ class Shape:
 
     @property
     def is_point(self) -> bool:
-        """Whether it has no extent."""
+        """Whether the opening has no extent."""
         return not self.extent.any()
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Name of the shape."""
         flat = int((self.extent > 0).sum())
         return ("point", "line", "rectangle" if self.height == 0 else "upright rectangle", "box")[flat]
 
     def projected_area(self, away: np.ndarray) -> np.ndarray:
-        """Luminous area (…) [m²] as seen from unit directions (…, 3), by components to C0, C90 and nadir."""
+        """Projected area (…) [m²] toward unit directions (…, 3) with components along C0, C90 and nadir."""
         length, width, height = self.extent
         return np.abs(away) @ np.array([width * height, length * height, length * width])
 
 
 @dataclass(frozen=True)
 class Cylinder(Shape):
-    """A cylinder, circular or elliptic, luminous all over; a disc or an ellipse where its axis has no length.
+    """A circular or elliptic cylinder with luminous sides and ends; without length along its axis a disc or
+    ellipse.
 
-    axis : of its circular faces, C0, C90 or NADIR
+    axis : C0, C90 or NADIR
     """
 
     axis: int = NADIR
@@ -63,14 +66,14 @@ class Cylinder(Shape):
     def projected_area(self, away: np.ndarray) -> np.ndarray:
         a, b = np.delete(self.extent, self.axis)
         across = np.delete(away, self.axis, axis=-1)
-        # What the side hides of itself is a rectangle as wide as the ellipse across the direction.
+        # The side projects to a rectangle as wide as the ellipse across the direction.
         side = np.hypot(b * across[..., 0], a * across[..., 1]) * self.extent[self.axis]
         return side + np.pi / 4 * a * b * np.abs(away[..., self.axis])
 
 
 @dataclass(frozen=True)
 class Ellipsoid(Shape):
-    """A sphere or an ellipsoid, luminous all over."""
+    """A luminous sphere or ellipsoid."""
 
     @property
     def name(self) -> str:
@@ -84,11 +87,10 @@ class Ellipsoid(Shape):
 
 def shape_of_lm63(width: float, length: float, height: float, since_2002: bool,
                   faults: list[str]) -> Shape:
-    """The luminous opening that signed dimensions [m] of an IES LM-63 file mean; a minus says round.
+    """The luminous opening of an IES LM-63 file from its signed dimensions [m]; a negative one is round.
 
-    LM-63-2002 and -2019, table 1; earlier editions, LM-63-1995, 3.12: there an upright circle is not
-    known, and
-    what is written like one is a sphere, like a lying cylinder an ellipsoid.
+    LM-63-2002 and -2019, table 1. Earlier editions (LM-63-1995, 3.12) have no upright circle: its signs mean
+    a sphere there, and those of a lying cylinder an ellipsoid.
     """
     signs = tuple(int(np.sign(x)) for x in (width, length, height))
     size = [abs(length), abs(width), abs(height)]
@@ -103,16 +105,18 @@ def shape_of_lm63(width: float, length: float, height: float, since_2002: bool,
 
 def _round_in_height(signs: tuple[int, int, int], size: list[float], since_2002: bool,
                      faults: list[str]) -> Shape:
-    """An opening of negative height; signs : of width, length and height; size : length, width, height
-    [m]."""
+    """An opening of negative height.
+
+    signs : of width, length and height
+    size : length, width and height [m]
+    """
     length, width, height = size
     across = signs[:2]
     if across == (-1, -1):
         return Ellipsoid(*size)
     if across == (0, 0):
         faults.append(f"its luminous opening has a height of {-height:g} m and no width or length; a sphere "
-                      f"of "
-                      "that diameter is taken")
+                      "of that diameter is taken")
         return Ellipsoid(height, height, height)
     if across in ((-1, 0), (0, -1)):
         if since_2002:

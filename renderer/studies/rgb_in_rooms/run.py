@@ -116,10 +116,10 @@ def _with_meters(scene: Scene) -> Scene:
 
 
 def _stands_free(scene: Scene, point: np.ndarray) -> bool:
-    from renderer.scene.room import refuse_outside
+    from renderer.scene.room import refuse_place_outside
 
     try:
-        refuse_outside(scene.room, point, "meter", "")
+        refuse_place_outside(scene.room, point, "meter", "")
     except InputError:
         return False
     return not any(body.mesh.contains([point + [0, 0, 1e-3]])[0] for body in scene.bodies)

@@ -7,9 +7,9 @@ import numpy as np
 import trimesh
 
 from renderer.scene.flat import Polygon
-from renderer.scene.geometry import Rectangle, grid
+from renderer.scene.geometry import Rectangle, rectangle_grid
 from renderer.scene.luminaires.luminaire import Luminaire
-from renderer.scene.mounting import COPLANAR, Mounting
+from renderer.scene.mounting import CONTACT_TOLERANCE, Mounting
 from renderer.scene.room import Room
 from renderer.scene.scene import Scene, Surface
 from renderer.transport.mesh.contacts import (
@@ -60,7 +60,7 @@ def build_mesh(scene: Scene, patch_size: float, finer_near: bool = True) -> Mesh
     every = list(enumerate(scene.exposed))
     placement = scene.placement
     mountings, free = placement.mountings, placement.free
-    builder = _Builder(patch_size, COPLANAR * scene.room.scale, scene.surfaces, placement.luminaires,
+    builder = _Builder(patch_size, CONTACT_TOLERANCE * scene.room.scale, scene.surfaces, placement.luminaires,
                        CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area) if finer_near else np.inf)
     rectangles = [(index, face, sides) for index, of in every
                   for face, sides in zip(of.parts.rectangles, of.sides[0], strict=True)]
@@ -130,7 +130,7 @@ def _reaches_out(room: Room, bounds: np.ndarray) -> bool:
     normals = np.cross(one - start, other - start)
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
     heights = np.einsum("cki,ki->ck", corners[:, None] - start, normals)
-    return bool(heights.min() < -COPLANAR * room.scale)
+    return bool(heights.min() < -CONTACT_TOLERANCE * room.scale)
 
 
 class _Builder:
@@ -231,7 +231,7 @@ class _Builder:
         cells = np.concatenate([np.repeat(s, len(t), axis=0), np.tile(t, (len(s), 1))], axis=1)
         finer = self.toward(rectangle, cells, facing)
         if len(finer) == len(cells) and feet is None:
-            return grid(rectangle, us, vs)
+            return rectangle_grid(rectangle, us, vs)
         triangles = np.zeros((0, 3, 2))
         if feet is not None:
             finer, triangles = cut(rectangle, finer, feet, self.patch_size, self.touch)

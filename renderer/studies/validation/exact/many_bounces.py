@@ -12,7 +12,7 @@ import numpy as np
 
 from renderer.studies.validation.exact.geometry import Plane
 from renderer.studies.validation.exact.one_bounce import Lamp
-from renderer.studies.validation.exact.quadrature import integral, triangulated
+from renderer.studies.validation.exact.quadrature import integral, region_triangles
 
 NODES = 24
 """Along each side. With lamps a third of the gap from either face or more, sides of two gaps, 32 differ by
@@ -44,7 +44,7 @@ class ParallelFaces:
             seen = (reach @ normal).clip(0) * height / (reach * reach).sum(axis=1) ** 2
             return self._received(points, plane.normal, k) * seen
 
-        return rho / np.pi * integral(brought, triangulated(region))
+        return rho / np.pi * integral(brought, region_triangles(region))
 
     def _received(self, points: np.ndarray, normal: np.ndarray, k: int) -> np.ndarray:
         """On one face [lx]: the lamp's light, and what the other face sends."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.studies.validation.exact.geometry import Body, Plane, factor, normal_of
-from renderer.studies.validation.exact.quadrature import integral, triangulated
+from renderer.studies.validation.exact.quadrature import integral, region_triangles
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class OneBounce:
             seen = (reach @ normal).clip(0) * plane.height(position) / r2**2
             return lamp.illuminance(points, plane.normal, body) * seen
 
-        return rho / np.pi * integral(brought, triangulated(region, lines))
+        return rho / np.pi * integral(brought, region_triangles(region, lines))
 
 
 def _owner(bodies: tuple[Body, ...], polygon: np.ndarray) -> Body | None:

@@ -58,7 +58,7 @@ def _quarters(triangles: np.ndarray) -> np.ndarray:
     return np.stack([np.stack(t, axis=1) for t in four], axis=1).reshape(-1, 3, 2)
 
 
-def triangulated(region, lines: np.ndarray | None = None) -> np.ndarray:
+def region_triangles(region, lines: np.ndarray | None = None) -> np.ndarray:
     """Triangles (k, 3, 2) that make up a region of the plane, cut along lines too.
 
     lines : (m, 2, 2), a place on each and its direction
