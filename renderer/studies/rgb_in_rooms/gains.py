@@ -41,7 +41,7 @@ class RoomGains:
         for start in range(0, reflectance.shape[1], COLUMNS_AT_ONCE):
             rho = reflectance[mesh.surface, start:start + COLUMNS_AT_ONCE]
             falling = np.tile(share[:, None], (1, rho.shape[1]))
-            _, received = radiosity(self.transport.exchange, rho, falling, FOR_BARS)
+            _, received = radiosity(self.transport.exchange, rho, falling, FOR_BARS, share)
             read.append(self.weights @ (rho * (falling + received)))
         return np.hstack(read)
 

@@ -9,6 +9,7 @@ extreme : every surface in one paint of chroma 8 or more, as in the deck
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -33,6 +34,7 @@ class Chips:
     hue: list[str]
 
 
+@cache
 def chips() -> Chips:
     """The 1,269 measured chips."""
     names, nm, curves = munsell_chips()
@@ -98,5 +100,3 @@ def _painting(known: Chips, palette: str, scene: Scene, random: np.random.Genera
         else:
             curves[k] = known.curves[floor if name == "floor" else wall if name.startswith("wall") else piece]
     return Painting(palette, known.names[paint], paint, curves)
-
-

@@ -1,8 +1,10 @@
 """The study's work: one room at a time, on every core or on Dask workers, each kept as it is done."""
 
 import hashlib
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +29,8 @@ PATCHES, RAYS = 450, 128
 """Patches of a room, about, and rays a patch where something can stand between two."""
 CHECKED = 10
 """Every tenth room is solved again with patches half as long and other rays: the numerical error."""
+FOR_A_LAMP = ("6", "prefiltered")
+"""Models whose bands are made for a lamp."""
 NODES = 16
 """Chebyshev points in reflectance at which a room of one paint is solved."""
 
@@ -53,31 +57,54 @@ class RoomTask:
 def studied(task: RoomTask) -> dict[str, np.ndarray]:
     """Everything that is known of one room.
 
-    totals : (n_paintings, n_lamps, 1 + n_models, 4) readings per lumen, the reference first; direct : (4,);
-    spectral, coarse : (n_paintings, 4, n_bands) indirect gains of 61 and of 31 bands; one_paint : (4, NODES)
-    indirect gains of the room in one paint, at Chebyshev points of its reflectance; mean_rgb :
-    (n_paintings, 3) mean reflectance of all surfaces by area, linear BT.709; palette, name, paint, kind
+    totals : (n_paintings, n_lamps, 1 + n_models, 4) readings per lumen, the reference first; direct : (4,)
+    gains_61, gains_31, gains_16, gains_9, gains_rgb : (n_paintings, 4, n_bands) indirect readings per lumen
+    in each band; gains_6, gains_prefiltered : (n_paintings, n_lamps, 4, n_bands)
+    one_paint : (4, NODES) indirect gains of the room in one paint, at Chebyshev points of its reflectance
+    mean_rgb : (n_paintings, 3) mean reflectance of all surfaces by area, linear BT.709
+    geometry_seconds, solve_seconds (1 + n_models,) : processor time [s] of form factors, direct light and
+    meters, and of one painting in each model; palette, name, paint, kind
     """
     scene, kind = _scene(task)
     size = float(np.sqrt(scene.room.area / PATCHES)) / (2 if task.fine else 1)
     empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
+    began = time.process_time()
     gains = room_gains(scene, size, 0 if empty else RAYS * (4 if task.fine else 1), task.seed + task.fine)
+    geometry_seconds = time.process_time() - began
     random = np.random.default_rng((task.seed, abs(task.number), task.number < 0))
     painted = paintings(scene, random, PAINTINGS)
-    lamps = {lamp: models_under(lamp) for lamp in LAMPS}
-    solved = [_solved(gains, lamps, painting) for painting in painted]
+    solved = [_solved(gains, painting) for painting in painted]
     nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     reflecting = one_paint(scene, np.ones(81), "", "", 0).curves[:, :1]
     return {
-        "totals": np.array([each[0] for each in solved]),
+        "totals": np.array([totals for totals, _ in solved]),
         "direct": gains.direct,
-        "spectral": np.array([each[1] for each in solved]),
-        "coarse": np.array([each[2] for each in solved]),
+        **{f"gains_{name}": np.array([parts[name] for _, parts in solved], dtype=np.float32)
+           for name in solved[0][1]},
         "one_paint": gains.indirect(reflecting * nodes),
-        "mean_rgb": np.array([_mean_rgb(gains, lamps["D65"]["rgb"], each) for each in painted]),
+        "mean_rgb": np.array([_mean_rgb(gains, lamp_models()["D65"]["rgb"], each) for each in painted]),
+        "geometry_seconds": np.array(geometry_seconds),
+        "solve_seconds": _solve_seconds(gains, painted[0]),
         "kind": np.array(kind),
         **{key: np.array([getattr(each, key) for each in painted]) for key in ("palette", "name", "paint")},
     }
+
+
+@cache
+def lamp_models() -> dict[str, dict[str, Model]]:
+    """Every model under every lamp of the study."""
+    return {lamp: models_under(lamp) for lamp in LAMPS}
+
+
+def _solve_seconds(gains: RoomGains, painting: Painting) -> np.ndarray:
+    """Processor time [s] of one painting in the reference and each model (1 + n_models,)."""
+    seconds, models = [], lamp_models()["LED-B3"]
+    for name in (REFERENCE, *MODELS):
+        reflectance = models[name].reflectance(painting.curves)
+        began = time.process_time()
+        gains.indirect(reflectance)
+        seconds.append(time.process_time() - began)
+    return np.array(seconds)
 
 
 def _mean_rgb(gains: RoomGains, rgb: Model, painting: Painting) -> np.ndarray:
@@ -125,30 +152,28 @@ def _stands_free(scene: Scene, point: np.ndarray) -> bool:
     return not any(body.mesh.contains([point + [0, 0, 1e-3]])[0] for body in scene.bodies)
 
 
-def _solved(
-    gains: RoomGains, lamps: dict[str, dict[str, Model]], painting: Painting
-) -> tuple[np.ndarray, ...]:
-    """Totals (n_lamps, 1 + n_models, 4) of one painting, and its gains in 61 and in 31 bands."""
-    columns: dict[tuple, np.ndarray] = {}
-    place: dict[tuple[str, str], tuple] = {}
+def _solved(gains: RoomGains, painting: Painting) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Totals (n_lamps, 1 + n_models, 4) of one painting, and its indirect gains by model, as in `studied`."""
+    lamps = lamp_models()
+    columns: dict[tuple[str, str], np.ndarray] = {}
     for lamp, models in lamps.items():
         for name, model in models.items():
-            key = (
-                (name, lamp)
-                if name in ("6", "prefiltered")
-                else ("rgb",)
-                if name.startswith("rgb")
-                else (name,)
-            )
-            place[lamp, name] = key
-            if key not in columns:
+            if (key := _columns_of(name, lamp)) not in columns:
                 columns[key] = model.reflectance(painting.curves)
     widths = np.cumsum([each.shape[1] for each in columns.values()])[:-1]
     parts = dict(zip(columns, np.split(gains.indirect(np.hstack(list(columns.values()))), widths, axis=1),
                      strict=True))
-    totals = np.array([[gains.direct + parts[place[lamp, name]] @ models[name].shares
+    totals = np.array([[gains.direct + parts[_columns_of(name, lamp)] @ models[name].shares
                         for name in (REFERENCE, *MODELS)] for lamp, models in lamps.items()])
-    return totals, parts[REFERENCE,], parts["31",]
+    kept = {name: parts[name, ""] for name, lamp in columns if not lamp}
+    for name in FOR_A_LAMP:
+        kept[name] = np.array([parts[name, lamp] for lamp in lamps])
+    return totals, kept
+
+
+def _columns_of(name: str, lamp: str) -> tuple[str, str]:
+    """Name of the reflectances that a model takes: those of RGB serve three models, most serve all lamps."""
+    return (name, lamp) if name in FOR_A_LAMP else (name.partition(",")[0], "")
 
 
 def run_study(rooms: int, seed: int, out: Path, scheduler: str | None, progress: Progress) -> Path:

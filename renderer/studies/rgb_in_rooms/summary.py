@@ -156,7 +156,7 @@ def colours_at_the_eye(rooms: list[Room], lamps_each: int = 1) -> Colours:
     for room in rooms:
         if room.fine:
             continue
-        for painting, spectral in enumerate(room.arrays["spectral"]):
+        for painting, spectral in enumerate(room.arrays["gains_61"]):
             for _ in range(lamps_each):
                 name, turn = lamp_names[turn % len(lamp_names)], turn + 1
                 gain = room.arrays["direct"][eye] + np.interp(fine, bands.centres, spectral[eye])
