@@ -1,16 +1,21 @@
 """The study of RGB in rooms: its rooms can be solved, its models are those of the commands."""
 
+import re
+
 import numpy as np
 import pytest
 
 import renderer
 from renderer.colour.bands import LUMINANCE_WEIGHTS
-from renderer.colour.colour_excess import colour_excess
+from renderer.colour.colour_excess import colour_excess, error_per_excess, favours_red
+from renderer.readings.likely_rgb_error import likely_rgb_error, mean_reflectances
 from renderer.scene.reading import load, resolved
+from renderer.studies.rgb_in_rooms.colours import COLOURED, colours_at_the_eye
 from renderer.studies.rgb_in_rooms.drawn_rooms import KINDS, LIGHTING, drawn_room
 from renderer.studies.rgb_in_rooms.gains import READINGS, room_gains
 from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS, lamp_spectrum, models_under
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, chips, one_paint, paintings
+from renderer.studies.rgb_in_rooms.run import Room, RoomTask, studied
 
 FOLDER = load("grey_room").path.parent
 
@@ -84,3 +89,53 @@ def test_the_colour_excess_is_that_of_a_room_of_one_paint():
     assert colour_excess(np.full(3, 0.5)) == pytest.approx(0, abs=1e-9)
     assert colour_excess(red, 0.0) == 0
     assert np.isfinite(colour_excess([1.0, 1.0, 1.0]))
+
+
+def test_a_warm_lamp_makes_the_rule_steeper_up_to_its_bound():
+    assert error_per_excess(LUMINANCE_WEIGHTS[0]) == pytest.approx(0.53)
+    assert error_per_excess(0.3) == pytest.approx(0.53 + 1.5 * (0.3 - 0.2126), abs=1e-3)
+    assert error_per_excess(0.9) == error_per_excess(0.4)
+    np.testing.assert_array_equal(favours_red([[0.5, 0.4, 0.3], [0.4, 0.5, 0.3]]), [True, False])
+
+
+@pytest.mark.parametrize(("paint", "said"), [
+    ({"reflectance": 0.8}, None),
+    ({"rgb": [0.8, 0.1, 0.05]}, "RGB is likely"),
+    ({"rgb": [0.05, 0.6, 0.1]}, "the paints favour green or blue"),
+    ({"munsell": "10YR 8/2"}, None),
+])
+def test_a_plan_says_what_rgb_is_likely_to_get_wrong(room, paint, said):
+    scene = room(paint)
+    likely = likely_rgb_error(scene)
+    assert likely is None if said is None else said in likely
+    grey = room({"reflectance": 0.8}, objects=[{"name": "crate", "shape": "box", "position": [1, 1, 0],
+                                                "size": [1, 1, 1], "material": "black"}])
+    # 80 m² of walls, floor and ceiling of 0.8, 6 m² of black.
+    np.testing.assert_allclose(mean_reflectances(grey), 0.8 * 80 / 86, rtol=1e-6)
+
+
+def test_the_likely_error_of_the_deck_s_red_room_holds_its_mean_error():
+    scene = load("red_room")
+    rgb, spectral = (_mean_lx(scene, bands) for bands in ("rgb", "31"))
+    low, high = (float(word) for word in re.findall(r"(\d+) to (\d+) %", likely_rgb_error(scene))[0])
+    assert low < 100 * (rgb / spectral - 1) < high
+
+
+def _mean_lx(scene, bands):
+    from renderer.records.finding import mean_lx
+
+    return mean_lx(renderer.solve(scene, bands, 0.05))
+
+
+def test_a_dark_room_has_no_likely_error(room):
+    assert likely_rgb_error(room({"munsell": "5R 4/14"}, luminaires=[])) is None
+
+
+def test_colours_by_31_bands_are_those_of_61_and_rgb_knows_two_of_them():
+    colours = colours_at_the_eye([Room(4, False, studied(RoomTask(4, 0)))])
+    apart = np.nanmax(np.abs(colours.error["31"]), axis=0)
+    # x, y; K; points; per cent: twice the largest over the study's rooms (docs/answer.md).
+    assert (apart < [0.002, 60, 1, 1.5]).all()
+    assert np.isnan(colours.error["rgb"][:, 2:]).all()
+    assert set(colours.error) == set(COLOURED)
+    assert colours.shift.shape == (12, 4)

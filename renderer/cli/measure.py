@@ -53,7 +53,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     loaded = load(scene)
     spots, grids = _spots(loaded, at, normal), loaded.grids if at is None else []
     out = output_folder(output.out) if grids else output.out
-    warn_before(loaded, solving.accuracy)
+    warn_before(loaded, solving.accuracy, solving.bands)
 
     def read(solution):
         readings = solution.read_at(spots)

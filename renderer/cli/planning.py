@@ -24,14 +24,18 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
     json_
         Print one JSON object instead of a table.
     """
+    from renderer.readings.likely_rgb_error import likely_rgb_error
     from renderer.scene.reading import load
     from renderer.solving.forecast import forecast
 
     solving = (solving or Solving()).checked()
     loaded = load(scene)
-    said = forecast(loaded, solving.bands or loaded.solver.bands, solving.accuracy or loaded.solver.accuracy)
+    bands = solving.bands or loaded.solver.bands
+    said = forecast(loaded, bands, solving.accuracy or loaded.solver.accuracy)
+    likely = likely_rgb_error(loaded)
     if json_:
-        tell(json.dumps({"scene": loaded.title, **asdict(said), "files": loaded.files}, indent=1))
+        tell(json.dumps({"scene": loaded.title, **asdict(said), "files": loaded.files,
+                         "likely_rgb_error": likely}, indent=1))
         return
     rays = f"{said.rays / 1e6:.2g} million" if said.rays else "none"
     all_of = "finer solves included, " if said.finer else ""
@@ -51,8 +55,9 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
     if said.unsure:
         tell("Not sure: bars are said within a factor of two, and one comes so near what is asked: one "
               "finer solve more or less may follow.")
+    slips = [*loaded.faults, *doubts(loaded), *([likely] if likely and bands == "rgb" else [])]
     for title, sentences in (("Read", loaded.files), ("Modelled", said.modelled),
-                             ("Left out", said.left_out), ("Look at", [*loaded.faults, *doubts(loaded)])):
+                             ("Left out", said.left_out), ("Look at", slips)):
         for sentence in sentences:
             tell(f"{title}: {sentence}.")
 

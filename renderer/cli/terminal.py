@@ -123,12 +123,18 @@ def doubts(scene) -> list[str]:
             for lum in scene.luminaires if lum.lumens > MAX_LUMENS_UNASKED]
 
 
-def warn_before(scene, accuracy: float | None) -> None:
-    """Say on stderr, before the work, what is wrong with its files and what it cannot promise."""
+def warn_before(scene, accuracy: float | None, bands: str | None = None) -> None:
+    """Say on stderr, before the work, what is wrong with its files and what it cannot promise.
+
+    bands : those that it will be solved in; None for the scene's own
+    """
+    from renderer.readings.likely_rgb_error import likely_rgb_error
     from renderer.solving.plan import make_plan
 
     for fault in [*scene.faults, *doubts(scene)]:
         say(f"warning: {scene.title}: {fault}")
+    if (bands or scene.solver.bands) == "rgb" and (likely := likely_rgb_error(scene)):
+        say(f"warning: {scene.title}: {likely}.")
     asked = accuracy or scene.solver.accuracy
     promise = make_plan(scene, asked, scene.solver.patch_size).promise
     if asked < promise and not scene.solver.patch_size:

@@ -50,29 +50,19 @@ def bars_within(
     return _save(figure, path)
 
 
-def error_against_excess(path: Path, excess: np.ndarray, error: np.ndarray, palette: np.ndarray,
-                         names: tuple[str, ...], slope: float, low: float, high: float) -> Path:
-    """RGB's error over the colour excess, with the rule and what nine of ten rooms keep to."""
+def error_against_rule(path: Path, given: np.ndarray, error: np.ndarray, red: np.ndarray) -> Path:
+    """RGB's error over what the rule gives (n,) [%]; red : (n,) whether the room favours red, as the rule
+    asks."""
     figure, axes = _figure()
-    for k, name in enumerate(names):
-        chosen = palette == k
-        axes.scatter(
-            excess[chosen],
-            error[chosen],
-            5,
-            color=GREYS[2 - k],
-            marker=MARKERS[k],
-            label=name,
-            alpha=0.5,
-            linewidths=0,
-        )
-    line = np.linspace(0.2, 300, 200)
-    axes.plot(line, slope * line, "k-", linewidth=1.5, label=f"{slope:.2f} × colour excess")
-    axes.plot(line, low * line, "k--", linewidth=0.8, label=f"{low:.2f} and {high:.2f} × colour excess")
-    axes.plot(line, high * line, "k--", linewidth=0.8)
+    for chosen, colour, marker, name in ((~red, "0.72", "^", "rooms that favour green or blue: no rule"),
+                                         (red, "0.15", "o", "rooms that favour red")):
+        axes.scatter(given[chosen], error[chosen], 5, color=colour, marker=marker, label=name, alpha=0.5,
+                     linewidths=0)
+    line = np.linspace(0, 300, 400)
+    axes.plot(line, line, "k-", linewidth=1.5, label="the rule")
     axes.set_xscale("symlog", linthresh=1)
     axes.set_yscale("symlog", linthresh=1)
-    axes.set(xlabel="colour excess of the room [%]", ylabel="error of RGB against 61 bands [%]",
+    axes.set(xlabel="error of RGB by the rule [%]", ylabel="error of RGB against 61 bands [%]",
              title="What predicts the error of RGB", xlim=(0, 300), ylim=(-60, 300))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
@@ -129,7 +119,6 @@ def reds(path: Path, spectral: np.ndarray, rgb: np.ndarray, bound: np.ndarray) -
         )
     axes.hist(100 * (bound - 1), edges, density=True, histtype="step", color="k", linestyle="--",
               label="the most that any 20 % paint could do")
-    axes.axvline(66.7, color="k", linewidth=0.8)
     axes.axvline(66.7, color="k", label="the deck's two thirds", linewidth=1.2)
     axes.set(xlabel="red room over grey room of the same reflectance, floor [% brighter]", ylabel="density",
              title="Is the red room two thirds brighter?", xlim=(0, 70))

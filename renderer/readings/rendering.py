@@ -50,7 +50,9 @@ def special_indices(power: np.ndarray, cct: float) -> np.ndarray:
     if cct < DAYLIGHT_FROM:
         reference = black_body(cct)
     else:
-        daylight = colour.sd_CIE_illuminant_D_series(colour.temperature.CCT_to_xy_CIE_D(cct))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that it continues the series past 25,000 K
+            daylight = colour.sd_CIE_illuminant_D_series(colour.temperature.CCT_to_xy_CIE_D(cct))
         reference = np.interp(nm, daylight.wavelengths, daylight.values, left=0.0, right=0.0)
     whites, colours = [], []
     for light in (power, reference):

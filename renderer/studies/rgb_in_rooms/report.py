@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from renderer.pictures import study_charts
+from renderer.studies.rgb_in_rooms.colours import COLOURED, QUANTITIES, Colours, colours_at_the_eye
 from renderer.studies.rgb_in_rooms.gains import READINGS
 from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, chips
@@ -16,8 +17,8 @@ from renderer.studies.rgb_in_rooms.run import Room
 from renderer.studies.rgb_in_rooms.summary import (
     WITHIN,
     cheapest,
-    colours_at_the_eye,
     fitted_rule,
+    model_costs,
     numerical_errors,
     readings_of,
     reds_of_20_percent,
@@ -27,8 +28,6 @@ from renderer.system.files import whole_file
 
 BANDS = {"rgb": 3, "rgb, white lamp": 3, "rgb, equal thirds": 3, "prefiltered": 3, "6": 6, "9": 9, "16": 16,
          "31": 31}
-COLOUR_ROOMS = 16
-"""Rooms whose light at the eye is rated for colour, about: R_a and R_f take a quarter of a second each."""
 BOUNDS = (1.0, 2.0, 5.0)
 """Per cent within which the cheapest model is asked for."""
 
@@ -38,12 +37,15 @@ def write_report(rooms: list[Room], out: Path) -> list[Path]:
     readings = readings_of(rooms)
     lux = readings.where(readings.reading != READINGS.index("walls"))
     rule, numerical = fitted_rule(readings), numerical_errors(rooms)
-    colours = colours_at_the_eye(rooms[:: max(1, len(rooms) // COLOUR_ROOMS)])
+    colours, costs = colours_at_the_eye(rooms), model_costs(rooms)
     reds = reds_of_20_percent(rooms)
     by_palette = [readings.where(readings.palette == p) for p in range(len(PALETTES))]
     within = {palette: {reading: _row(part.where(part.reading == k).error[:, 0])
                         for k, reading in enumerate(READINGS)}
               for palette, part in zip(PALETTES, by_palette, strict=True)}
+    for p, palette in enumerate(PALETTES):  # direct light is the same in every model
+        part = lux.where((lux.palette == p) & (lux.share > 0))
+        within[palette]["indirect light alone"] = _row(part.error[:, 0] / part.share)
     by_lamp = {lamp: {palette: _row(lux.where((lux.lamp == k) & (lux.palette == p)).error[:, 0])
                       for p, palette in enumerate(PALETTES)} for k, lamp in enumerate(LAMPS)}
     enough = {palette: {f"{bound:g}": cheapest(lux.where(lux.palette == p), bound) for bound in BOUNDS}
@@ -57,13 +59,9 @@ def write_report(rooms: list[Room], out: Path) -> list[Path]:
         "by_lamp": by_lamp,
         "rule": vars(rule),
         "models": {**enough, "all": every},
-        "colour_at_the_eye": {
-            name: {
-                palette: _quantiles(np.abs(getattr(colours, name)[colours.palette == p]))
-                for p, palette in enumerate(PALETTES)
-            }
-            for name in ("xy_shift", "cct_shift", "ra_shift", "melanopic_shift")
-        },
+        "solve_seconds": costs,
+        "colour_at_the_eye_against_the_lamp": _by_quantity(colours.shift, colours),
+        "colour_at_the_eye_against_61_bands": {m: _by_quantity(colours.error[m], colours) for m in COLOURED},
         "reds": {
             "chips": reds.names,
             "spectral_ratio": _quantiles(reds.spectral.ravel()),
@@ -75,24 +73,16 @@ def write_report(rooms: list[Room], out: Path) -> list[Path]:
     files = [_text(out / "study.json", json.dumps(record, indent=1)),
              _text(out / "study_within.md", _within_table(within)),
              _text(out / "study_lamps.md", _lamp_table(by_lamp)),
-             _text(out / "study_models.md", _model_table(record["models"])), _data(out, readings)]
+             _text(out / "study_models.md", _model_table(record["models"])),
+             _text(out / "study_costs.md", _cost_table(costs)),
+             _text(out / "study_colour.md", _colour_table(colours)), _data(out, readings)]
     files.append(study_charts.bars_within(
         out / "study_within.png", [f"{p}\n{r}" for p in PALETTES for r in ("floor", "eye")],
         {f"within {b:g} %": [within[p][r]["within"][k] for p in PALETTES for r in ("floor", "eye")]
          for k, b in enumerate(WITHIN)}, "How often RGB is right", "readings [%]"))
     thin = lux.where(np.random.default_rng(0).random(len(lux.error)) < 12_000 / len(lux.error))
-    files.append(
-        study_charts.error_against_excess(
-            out / "study_rule.png",
-            thin.excess,
-            thin.error[:, 0],
-            thin.palette,
-            PALETTES,
-            rule.slope,
-            rule.low,
-            rule.high,
-        )
-    )
+    files.append(study_charts.error_against_rule(
+        out / "study_rule.png", thin.given[:, 0], thin.error[:, 0], thin.red))
     files.append(
         study_charts.models_by_cost(
             out / "study_models.png",
@@ -100,23 +90,11 @@ def write_report(rooms: list[Room], out: Path) -> list[Path]:
             BOUNDS,
         )
     )
-    shifts = [
-        ("cct_shift", "K", "CCT"),
-        ("ra_shift", "points", "R_a"),
-        ("melanopic_shift", "%", "melanopic EDI"),
-    ]
-    files.append(
-        study_charts.boxes(
-            out / "study_colour.png",
-            ["archit.", "accent", "extreme"],
-            [
-                [_known(getattr(colours, name)[colours.palette == p]) for p in range(len(PALETTES))]
-                for name, _, _ in shifts
-            ],
-            [f"at the eye minus lamp [{unit}]" for _, unit, _ in shifts],
-            [title for *_, title in shifts],
-        )
-    )
+    files.append(study_charts.boxes(
+        out / "study_colour.png", ["archit.", "accent", "extreme"],
+        [[_known(colours.shift[colours.palette == p, k]) for p in range(len(PALETTES))] for k in (1, 2, 3)],
+        [f"at the eye minus lamp [{unit}]" for unit in ("K", "points", "%")],
+        ["CCT", "R_a", "melanopic light per lux"]))
     files.append(study_charts.reds(out / "study_reds.png", reds.spectral, reds.rgb, reds.bound))
     return files
 
@@ -138,6 +116,12 @@ def _quantiles(values: np.ndarray) -> dict:
     low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
     return {"percentile_5": float(low), "median": float(middle), "percentile_95": float(high),
             "largest": float(values.max())}
+
+
+def _by_quantity(differences: np.ndarray, colours: Colours) -> dict:
+    """Quantiles of absolute differences (n, 4), by quantity and palette."""
+    return {name: {palette: _quantiles(np.abs(differences[colours.palette == p, k]))
+                   for p, palette in enumerate(PALETTES)} for k, name in enumerate(QUANTITIES)}
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
@@ -176,6 +160,26 @@ def _model_table(models: dict) -> str:
                          for palette, bounds in models.items() for bound, row in bounds.items()])
 
 
+def _cost_table(costs: dict) -> str:
+    """Processor time of each model's solve, over that of RGB's, and in the whole of a room."""
+    return _table(["model", "bands", "solve, RGB = 1", "share of form factors, direct light and solve"],
+                  [[name, f"{BANDS.get(name, 61)}", f"{seconds / costs['rgb']:.1f}",
+                    f"{100 * seconds / (seconds + costs['geometry']):.0f} %"]
+                   for name, seconds in costs.items() if name != "geometry" and "," not in name])
+
+
+def _colour_table(colours: Colours) -> str:
+    """95th percentile of each model's difference from 61 bands at the eye, by palette."""
+    rows, forms = [], ("{:.4f}", "{:.0f} K", "{:.1f}", "{:.1f} %")
+    for name in COLOURED:
+        for p, palette in enumerate(PALETTES):
+            part = np.abs(colours.error[name][colours.palette == p])
+            ends = [np.quantile(known, 0.95) if len(known := _known(part[:, k])) else None for k in range(4)]
+            rows.append([name, palette, *("–" if end is None else form.format(end)
+                                          for end, form in zip(ends, forms, strict=True))])
+    return _table(["model", "palette", *QUANTITIES], rows)
+
+
 def _text(path: Path, text: str) -> Path:
     with whole_file(path) as part:
         part.write_text(text, encoding="utf-8")
@@ -187,13 +191,15 @@ def _data(out: Path, readings) -> Path:
     lamps, known, buffer = list(LAMPS), chips(), io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(["room", "palette", "paint", "lamp", "reading", "indirect_share", "colour_excess_percent",
+                     "rule_percent",
                      *(f"error_percent_{m.replace(', ', '_').replace(' ', '_')}" for m in MODELS)])
     chosen = np.isin(readings.lamp, [lamps.index("D65"), lamps.index("LED-B3")]) & np.isin(
         readings.reading, [READINGS.index("floor"), READINGS.index("eye")])
     for k in np.flatnonzero(chosen):
         writer.writerow([readings.room[k], PALETTES[readings.palette[k]], known.names[readings.paint[k]],
                          lamps[readings.lamp[k]], READINGS[readings.reading[k]], f"{readings.share[k]:.3f}",
-                         f"{readings.excess[k]:.2f}", *(f"{e:.2f}" for e in readings.error[k])])
+                         f"{readings.excess[k, 0]:.2f}", f"{readings.given[k, 0]:.2f}",
+                         *(f"{e:.2f}" for e in readings.error[k])])
     path = out / "study_readings.csv.gz"
     with whole_file(path) as part:
         part.write_bytes(gzip.compress(buffer.getvalue().encode(), mtime=0))

@@ -4,17 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.colour.bands import band_set
-from renderer.colour.colour_excess import colour_excess
-from renderer.colour.lamps import spectral_flux
-from renderer.colour.tables import cie_1931
-from renderer.readings.alpha_opic import equivalent_daylight
-from renderer.readings.colorimetry import colour_of
+from renderer.colour.bands import LUMINANCE_WEIGHTS
+from renderer.colour.colour_excess import REDDEST, WARNED, colour_excess, error_per_excess, favours_red
 from renderer.studies.repainted_room import Interpolated
 from renderer.studies.rgb_in_rooms.gains import READINGS
-from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS, REFERENCE, lamp_spectrum, models_under
+from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS, REFERENCE, models_under
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, chips
-from renderer.studies.rgb_in_rooms.run import Room
+from renderer.studies.rgb_in_rooms.run import Room, lamp_models
 
 WITHIN = (5.0, 10.0, 20.0)
 """Per cent of the 61-band reading within which a model counts as right."""
@@ -29,14 +25,18 @@ class Readings:
     """Every reading of the study as columns of equal length.
 
     error : (n, n_models) per cent of the 61-band reading; share : (n,) of the reading that is indirect;
-    excess : (n,) colour excess of the room [%]; paint : (n,) the chip that sets the palette; palette, lamp,
-    reading : (n,) indices;
+    excess : (n, 2) colour excess of the room [%], for this share and for a room lit evenly
+    red : (n,) whether its mean reflectance is largest in red
+    given : (n, 2) RGB's error by the rule [%], from either excess
+    paint : (n,) the chip that sets the palette; palette, lamp, reading : (n,) indices
     room : (n,) the drawn room's number, negative for a packaged one
     """
 
     error: np.ndarray
     share: np.ndarray
     excess: np.ndarray
+    red: np.ndarray
+    given: np.ndarray
     paint: np.ndarray
     palette: np.ndarray
     lamp: np.ndarray
@@ -51,6 +51,7 @@ class Readings:
 def readings_of(rooms: list[Room]) -> Readings:
     """All readings of the rooms on their usual mesh."""
     columns: list[tuple] = []
+    red_shares = np.array([lamp_models()[lamp]["rgb"].shares[0] for lamp in LAMPS])
     for room in rooms:
         if room.fine:
             continue
@@ -59,9 +60,10 @@ def readings_of(rooms: list[Room]) -> Readings:
         painting, lamp, reading = np.indices((len(totals), len(LAMPS), len(READINGS))).reshape(3, -1)
         flat = totals.transpose(0, 1, 3, 2).reshape(-1, totals.shape[2])
         palette = np.array([PALETTES.index(str(p)) for p in room.arrays["palette"]])
-        share = 1 - direct[reading] / flat[:, 0]
-        columns.append((100 * (flat[:, 1:] / flat[:, :1] - 1), share,
-                        colour_excess(room.arrays["mean_rgb"][painting], share), paint[painting],
+        share, rgb = 1 - direct[reading] / flat[:, 0], room.arrays["mean_rgb"][painting]
+        excess = np.column_stack([colour_excess(rgb, share), colour_excess(rgb)])
+        columns.append((100 * (flat[:, 1:] / flat[:, :1] - 1), share, excess, favours_red(rgb),
+                        excess * error_per_excess(red_shares[lamp])[:, None], paint[painting],
                         palette[painting], lamp, reading, np.full(len(flat), room.number)))
     return Readings(*(np.concatenate(each) for each in zip(*columns, strict=True)))
 
@@ -73,39 +75,58 @@ def shares_within(errors: np.ndarray) -> list[float]:
 
 @dataclass(frozen=True)
 class Rule:
-    """RGB's error as a share of the colour excess (renderer.colour.colour_excess).
+    """How well RGB's error is told by the rule of renderer.colour.colour_excess.
 
-    slope : by least squares over rooms of even number; low, high : shares of the excess between which 90 % of
-    those rooms' errors lie where the excess is above 2 %
-    Of the other rooms, per cent: inside : errors between low and high there; missed : readings more than 5 %
-    off that the rule gave less than 5 %; alarmed : readings given 5 % or more that are less than 2.5 % off
+    at_daylight, for_red : its two numbers, by least squares over the rooms of even number that favour red
+    Of the other rooms that favour red, in per cent unless it is a multiple:
     explained : share of the errors' variance
+    missed : readings more than 5 % too bright to which the rule gives less than 5
+    warned : those to which it gives 5 or more
+    alarmed : of these, those less than 2.5 % too bright
+    low, high : multiples of what the rule gives between which two of three of these lie
+    means_… : the same of a room's mean over task, floor and eye, as `plan` tells it
+    other_low, other_high : errors [%] between which 90 % of readings lie in the rooms that favour green or
+    blue, where the excess is above 5 %
     """
 
-    slope: float
-    low: float
-    high: float
-    inside: float
+    at_daylight: float
+    for_red: float
+    explained: float
     missed: float
     alarmed: float
-    explained: float
+    warned: float
+    low: float
+    high: float
+    means_missed: float
+    means_alarmed: float
+    means_warned: float
+    means_low: float
+    means_high: float
+    other_low: float
+    other_high: float
 
 
 def fitted_rule(readings: Readings) -> Rule:
     """The rule, fitted on drawn rooms of even number and tested on those of odd number; illuminances only."""
     used = readings.where((readings.room >= 0) & (readings.reading != READINGS.index("walls")))
-    fit, held = used.where(used.room % 2 == 0), used.where(used.room % 2 == 1)
-    error, excess = fit.error[:, 0], fit.excess
-    slope = float(excess @ error / (excess @ excess))
-    clear = excess > 2.0
-    low, high = np.quantile(error[clear] / excess[clear], [0.05, 0.95])
-    error, excess, clear = held.error[:, 0], held.excess, held.excess > 2.0
-    given = slope * excess
-    inside = (error >= low * excess) & (error <= high * excess)
-    return Rule(slope, float(low), float(high), _per_cent(inside[clear]),
-                _per_cent((np.abs(error) > 5) & (np.abs(given) < 5)),
-                _per_cent(np.abs(error[np.abs(given) >= 5]) < 2.5),
-                float(1 - ((error - given) ** 2).sum() / (error**2).sum()))
+    fit, held = (used.where((used.room % 2 == part) & used.red) for part in (0, 1))
+    shares = np.array([lamp_models()[lamp]["rgb"].shares[0] for lamp in LAMPS])
+    excess, redder = fit.excess[:, 0], np.minimum(shares[fit.lamp], REDDEST) - LUMINANCE_WEIGHTS[0]
+    fitted, *_ = np.linalg.lstsq(np.column_stack([excess, excess * redder]), fit.error[:, 0], rcond=None)
+    error, given = held.error[:, 0], held.given[:, 0]
+    means = [column.reshape(-1, len(READINGS) - 1).mean(axis=1) for column in (error, held.given[:, 1])]
+    other = used.where(~used.red & (used.excess[:, 0] > WARNED))
+    return Rule(*map(float, fitted), float(1 - ((error - given) ** 2).sum() / (error**2).sum()),
+                *_told(error, given), *_told(*means),
+                *map(float, np.quantile(other.error[:, 0], [0.05, 0.95]) if len(other.error) else (0, 0)))
+
+
+def _told(error: np.ndarray, given: np.ndarray) -> tuple[float, ...]:
+    """missed, alarmed, warned, low and high of `Rule` for errors (n,) and what the rule gives (n,) [%]."""
+    warned = given >= WARNED
+    ratio = error[warned] / given[warned] if warned.any() else np.ones(1)
+    return (_per_cent((error > WARNED) & ~warned), _per_cent(error[warned] < WARNED / 2), _per_cent(warned),
+            *map(float, np.quantile(ratio, [1 / 6, 5 / 6])))
 
 
 def _per_cent(which: np.ndarray) -> float:
@@ -116,6 +137,14 @@ def cheapest(readings: Readings, bound: float) -> dict[str, float]:
     """For each model, per cent of readings within so many per cent of 61 bands."""
     return {model: float(100 * (np.abs(readings.error[:, k]) <= bound).mean())
             for k, model in enumerate(MODELS)}
+
+
+def model_costs(rooms: list[Room]) -> dict[str, float]:
+    """Processor time [s] of a room in the middle of all: its geometry, and one painting in each model."""
+    used = [room.arrays for room in rooms if not room.fine]
+    solves = np.median([arrays["solve_seconds"] for arrays in used], axis=0)
+    return {"geometry": float(np.median([arrays["geometry_seconds"] for arrays in used])),
+            **dict(zip((*MODELS, REFERENCE), map(float, [*solves[1:], solves[0]]), strict=True))}
 
 
 def numerical_errors(rooms: list[Room]) -> np.ndarray:
@@ -129,50 +158,6 @@ def numerical_errors(rooms: list[Room]) -> np.ndarray:
                      for each in (usual[room.number], room)]
             moved.append(100 * np.abs(ratio[0] - ratio[1]).ravel())
     return np.concatenate(moved) if moved else np.zeros(0)
-
-
-@dataclass(frozen=True)
-class Colours:
-    """What interreflection does to the light at the eye, against the lamp alone.
-
-    duv_shift, cct_shift [K], ra_shift, melanopic_shift [%] : (n,), NaN where one is not defined
-    palette : (n,)
-    """
-
-    xy_shift: np.ndarray
-    cct_shift: np.ndarray
-    ra_shift: np.ndarray
-    melanopic_shift: np.ndarray
-    palette: np.ndarray
-
-
-def colours_at_the_eye(rooms: list[Room], lamps_each: int = 1) -> Colours:
-    """Colour of the light at the eye under some lamps of each painting, drawn in turn."""
-    fine, observer = cie_1931()
-    bands, lamp_names, rows = band_set(REFERENCE), list(LAMPS), []
-    alone = {name: spectral_flux(lamp_spectrum(name), 1.0) for name in lamp_names}
-    own = {name: colour_of(power) for name, power in alone.items()}
-    eye, turn = READINGS.index("eye"), 0
-    for room in rooms:
-        if room.fine:
-            continue
-        for painting, spectral in enumerate(room.arrays["gains_61"]):
-            for _ in range(lamps_each):
-                name, turn = lamp_names[turn % len(lamp_names)], turn + 1
-                gain = room.arrays["direct"][eye] + np.interp(fine, bands.centres, spectral[eye])
-                power = alone[name] * gain
-                there = colour_of(power)
-                xyz, lamp_xyz = power @ observer, alone[name] @ observer
-                apart = np.hypot(*(xyz[:2] / xyz.sum() - lamp_xyz[:2] / lamp_xyz.sum()))
-                ratio = (equivalent_daylight(power)[-1] / xyz[1]) / (
-                    equivalent_daylight(alone[name])[-1] / lamp_xyz[1])
-                rows.append((apart, _apart(there, own[name], "cct_K"), _apart(there, own[name], "cri_ra"),
-                             100 * (ratio - 1), PALETTES.index(str(room.arrays["palette"][painting]))))
-    return Colours(*np.array(rows).T)
-
-
-def _apart(there: dict, alone: dict, key: str) -> float:
-    return there[key] - alone[key] if there[key] is not None and alone[key] is not None else np.nan
 
 
 @dataclass(frozen=True)

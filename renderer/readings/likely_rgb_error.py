@@ -1,0 +1,38 @@
+"""What RGB is likely to get wrong in a scene, before it is solved: a sentence for `plan` and `photometer`."""
+
+import numpy as np
+
+from renderer.colour.colour_excess import LIKELY, WARNED, colour_excess, error_per_excess, favours_red
+from renderer.readings.finding import digits
+from renderer.scene.scene import Scene
+
+REMEDY = "--bands 31 gives the right value in hardly more time"
+
+
+def mean_reflectances(scene: Scene) -> np.ndarray:
+    """Mean reflectances (3,) of all surfaces by area, linear BT.709."""
+    areas = np.array([(2 if surface.two_sided else 1) * surface.area for surface in scene.surfaces])
+    return areas @ scene.reflectance(scene.band_set("rgb")) / areas.sum()
+
+
+def likely_rgb_error(scene: Scene) -> str | None:
+    """The sentence; None where RGB is likely right within WARNED.
+
+    By the rule of renderer.colour.colour_excess for a room lit evenly, since the indirect share is not known
+    yet. docs/answer.md says how often it misleads.
+    """
+    bands = scene.band_set("rgb")
+    lumens = (scene.flux(bands) * bands.luminous).sum(axis=0)
+    rgb = mean_reflectances(scene)
+    excess = float(colour_excess(rgb))
+    if not lumens.sum() > 0 or excess < WARNED:
+        return None
+    if not favours_red(rgb):
+        return ("RGB may be off by 5 % or more here, too bright or too dark: the paints favour green or "
+                f"blue, and no rule says which. {REMEDY}")
+    error = excess * float(error_per_excess(lumens[0] / lumens.sum()))
+    if error < WARNED:
+        return None
+    low, high = (digits(bound * error) for bound in LIKELY)
+    return (f"RGB is likely {low} to {high} % too bright here on average over the surfaces, less where most "
+            f"light is direct: the paints favour red. {REMEDY}")

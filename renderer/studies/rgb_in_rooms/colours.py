@@ -1,0 +1,88 @@
+"""Colour of the light at the eye: against the lamp alone, and by each model against 61 bands."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.colour.bands import K_M
+from renderer.colour.lamps import spectral_flux
+from renderer.colour.tables import cie_1931
+from renderer.readings.alpha_opic import equivalent_daylight
+from renderer.readings.colorimetry import colour_temperature
+from renderer.readings.rendering import GENERAL, special_indices
+from renderer.readings.spectrum import reconstructed
+from renderer.studies.rgb_in_rooms.gains import READINGS
+from renderer.studies.rgb_in_rooms.models import LAMPS, REFERENCE, Model, lamp_spectrum
+from renderer.studies.rgb_in_rooms.palettes import PALETTES
+from renderer.studies.rgb_in_rooms.run import FOR_A_LAMP, Room, lamp_models
+
+QUANTITIES = ("x, y", "CCT", "R_a", "melanopic EDI")
+"""Distance in x, y; difference in K; in points; in per cent."""
+COLOURED = ("rgb", "prefiltered", "9", "16", "31")
+"""Models that know colour; the first two no spectrum, so x, y and CCT alone. Six nodes know lumens only."""
+
+
+@dataclass(frozen=True)
+class Colours:
+    """Differences in QUANTITIES of the light at the eye, NaN where one has no meaning.
+
+    shift : (n, 4) in 61 bands against the lamp alone, melanopic light per lux; error : for each of COLOURED
+    (n, 4) against 61 bands; palette : (n,)
+    """
+
+    shift: np.ndarray
+    error: dict[str, np.ndarray]
+    palette: np.ndarray
+
+
+def colours_at_the_eye(rooms: list[Room]) -> Colours:
+    """Every painting of the rooms under one lamp, the lamps in turn."""
+    names, shifts, palettes, turn = list(LAMPS), [], [], 0
+    errors: dict[str, list] = {name: [] for name in COLOURED}
+    alone = {name: spectral_flux(lamp_spectrum(name), 1.0) for name in names}
+    own = {name: _of_spectrum(power) for name, power in alone.items()}
+    for room in (room for room in rooms if not room.fine):
+        for painting, palette in enumerate(room.arrays["palette"]):
+            lamp, turn = names[turn % len(names)], turn + 1
+            there = _at_the_eye(room, painting, REFERENCE, lamp, alone[lamp])
+            per_lux = {key: (*values[:3], values[3] / values[4])
+                       for key, values in (("eye", there), ("lamp", own[lamp]))}
+            shifts.append(_apart(per_lux["eye"], per_lux["lamp"]))
+            palettes.append(PALETTES.index(str(palette)))
+            for name in COLOURED:
+                errors[name].append(_apart(_at_the_eye(room, painting, name, lamp, alone[lamp]), there))
+    return Colours(np.array(shifts), {name: np.array(rows) for name, rows in errors.items()},
+                   np.array(palettes))
+
+
+def _at_the_eye(room: Room, painting: int, name: str, lamp: str, power: np.ndarray) -> tuple:
+    """x, y; CCT [K]; R_a; melanopic EDI [lx]; illuminance [lx]; per lumen. None for what is not known."""
+    model, eye = lamp_models()[lamp][name], READINGS.index("eye")
+    gains = room.arrays[f"gains_{name}"][painting]
+    gain = (gains[list(LAMPS).index(lamp)] if name in FOR_A_LAMP else gains)[eye].astype(float)
+    direct = room.arrays["direct"][eye]
+    if model.bands.edges is None:
+        return _of_bands((direct + gain) * model.shares, model)
+    flux = model.shares / model.bands.luminous
+    return _of_spectrum(direct * power + reconstructed(gain * flux, flux, power, model.bands))
+
+
+def _of_bands(lumens: np.ndarray, model: Model) -> tuple:
+    xyz = lumens / np.where(model.shares > 0, model.bands.luminous, 1.0) @ model.bands.xyz
+    xy = tuple(xyz[:2] / xyz.sum())
+    return xy, colour_temperature(xy)[0], None, None, lumens.sum()
+
+
+def _of_spectrum(power: np.ndarray) -> tuple:
+    xyz = power @ cie_1931()[1]
+    xy = tuple(xyz[:2] / xyz.sum())
+    cct = colour_temperature(xy)[0]
+    ra = None if cct is None else special_indices(power, cct)[:GENERAL].mean()
+    return xy, cct, ra, equivalent_daylight(power)[-1], K_M * xyz[1]
+
+
+def _apart(one: tuple, other: tuple) -> list[float]:
+    """Differences in QUANTITIES."""
+    known = [a is not None and b is not None for a, b in zip(one, other, strict=False)]
+    return [float(np.hypot(*np.subtract(one[0], other[0]))), one[1] - other[1] if known[1] else np.nan,
+            one[2] - other[2] if known[2] else np.nan, 100 * (one[3] / other[3] - 1) if known[3] else np.nan]
