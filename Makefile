@@ -9,7 +9,7 @@ compare: $(VENV)/installed
 	$(BIN)/renderer compare
 
 test: $(VENV)/tested
-	$(BIN)/pytest -n auto --dist worksteal -m "not slow and not open"
+	$(BIN)/pytest -n auto --dist worksteal -m "not slow"
 
 slow: $(VENV)/tested
 	$(BIN)/pytest -m slow

@@ -46,16 +46,6 @@ def room_table(rho=0.5, size=(4.0, 4.0, 3.0), luminaires=(PANEL,), objects=(), p
             "photometers": photometers, "photometer_grids": grids, "solver": solver or {}}
 
 
-def pytest_collection_modifyitems(items) -> None:
-    """Mark the tests of known faults, which are named in open_faults.txt."""
-    lines = (Path(__file__).parent / "open_faults.txt").read_text(encoding="utf-8").splitlines()
-    known = {line.strip() for line in lines if line.strip() and not line.startswith("#")}
-    for item in items:
-        name = item.nodeid.removeprefix("tests/")
-        if name in known or name.partition("[")[0] in known:
-            item.add_marker(pytest.mark.open)
-
-
 @pytest.fixture
 def room():
     """A function that loads a box room from the arguments of `room_table`."""

@@ -3,8 +3,8 @@
 RGB solves red, green and blue light separately, so the light that a saturated paint reflects builds up in the
 channel that the paint reflects most. The colour excess is the illuminance that this adds to that of a grey
 room of the same luminous reflectance. Where red is the largest channel, measured paints add less than RGB
-says, and the error of RGB is a share of the excess that depends on how red the lamp is. Where green or blue is
-the largest, the error has either sign (docs/answer.md).
+says, and the error of RGB is a share of the excess that depends on how red the lamp is. Where green or blue
+is the largest, the error has either sign (docs/answer.md).
 """
 
 import numpy as np
@@ -21,10 +21,12 @@ LIKELY = (0.6, 1.4)
 
 
 def colour_excess(rgb: np.ndarray, indirect_share=None) -> np.ndarray:
-    """Illuminance that RGB lets colour add to a room of mean reflectances (…, 3), over a grey room's [%].
+    """Colour excess (…) [%]: illuminance in RGB over that of a grey room of the same luminous reflectance,
+    less 1.
 
-    rgb : linear BT.709, the mean over all surfaces by area; indirect_share : (…) of the reading that came by
-    way of the surfaces; None where it is not known: then that of a room lit evenly, its mean reflectance
+    rgb : (…, 3) linear BT.709 reflectance, the mean over all surfaces by area
+    indirect_share : (…) share of the reading that surfaces reflected; None for that of an evenly lit room,
+        the mean reflectance
     """
     rgb = np.minimum(np.asarray(rgb, dtype=float), 0.999)
     grey = rgb @ LUMINANCE_WEIGHTS
@@ -35,7 +37,7 @@ def colour_excess(rgb: np.ndarray, indirect_share=None) -> np.ndarray:
 
 
 def error_per_excess(red: np.ndarray) -> np.ndarray:
-    """Error of RGB over colour excess under a lamp whose lumens are red in this part in RGB (…)."""
+    """Error of RGB over colour excess (…); red : (…) red share of the lamp's lumens in RGB."""
     return DAYLIGHT_SHARE + RED_SHARE * (np.minimum(red, REDDEST) - LUMINANCE_WEIGHTS[0])
 
 

@@ -173,6 +173,7 @@ function drawMeters() {
     return made;
   });
   $("meters").replaceChildren(...tables);
+  $("readout").style.minHeight = "";
 }
 
 function readOut() {
@@ -194,6 +195,8 @@ function readOut() {
   });
   $("readout").replaceChildren(tableOf([`${spot.surface} (${spot.position.map(x => figure(x, 3)).join(", ")}) m`,
     "RGB", "31 bands", "off by"], rows));
+  // What lies below must not move when the pointer leaves the picture, or a click there misses.
+  $("readout").style.minHeight = `${$("readout").offsetHeight}px`;
 }
 
 const signed = percent => !Number.isFinite(percent) ? "–" : Math.abs(percent) < 0.005 ? "0 %"
