@@ -16,7 +16,7 @@ from renderer.studies.rgb_in_rooms.models import LAMPS, REFERENCE, Model, lamp_s
 from renderer.studies.rgb_in_rooms.palettes import PALETTES
 from renderer.studies.rgb_in_rooms.run import FOR_A_LAMP, Room, lamp_models
 
-QUANTITIES = ("x, y", "CCT", "R_a", "melanopic EDI")
+COLOUR_QUANTITIES = ("x, y", "CCT", "R_a", "melanopic EDI")
 """Distance in x, y; difference in K; in points; in per cent."""
 COLOURED = ("rgb", "prefiltered", "9", "16", "31")
 """Models that know colour; the first two no spectrum, so x, y and CCT alone. Six nodes know lumens only."""
@@ -24,7 +24,7 @@ COLOURED = ("rgb", "prefiltered", "9", "16", "31")
 
 @dataclass(frozen=True)
 class Colours:
-    """Differences in QUANTITIES of the light at the eye, NaN where one has no meaning.
+    """Differences in COLOUR_QUANTITIES of the light at the eye, NaN where one has no meaning.
 
     shift : (n, 4) in 61 bands against the lamp alone, melanopic light per lux; error : for each of COLOURED
     (n, 4) against 61 bands; palette : (n,)
@@ -82,7 +82,7 @@ def _of_spectrum(power: np.ndarray) -> tuple:
 
 
 def _apart(one: tuple, other: tuple) -> list[float]:
-    """Differences in QUANTITIES."""
+    """Differences in COLOUR_QUANTITIES."""
     known = [a is not None and b is not None for a, b in zip(one, other, strict=False)]
     return [float(np.hypot(*np.subtract(one[0], other[0]))), one[1] - other[1] if known[1] else np.nan,
             one[2] - other[2] if known[2] else np.nan, 100 * (one[3] / other[3] - 1) if known[3] else np.nan]

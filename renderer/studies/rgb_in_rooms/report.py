@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from renderer.pictures import study_charts
-from renderer.studies.rgb_in_rooms.colours import COLOURED, QUANTITIES, Colours, colours_at_the_eye
+from renderer.studies.rgb_in_rooms.colours import COLOUR_QUANTITIES, COLOURED, Colours, colours_at_the_eye
 from renderer.studies.rgb_in_rooms.gains import READINGS
 from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, chips
@@ -121,7 +121,7 @@ def _quantiles(values: np.ndarray) -> dict:
 def _by_quantity(differences: np.ndarray, colours: Colours) -> dict:
     """Quantiles of absolute differences (n, 4), by quantity and palette."""
     return {name: {palette: _quantiles(np.abs(differences[colours.palette == p, k]))
-                   for p, palette in enumerate(PALETTES)} for k, name in enumerate(QUANTITIES)}
+                   for p, palette in enumerate(PALETTES)} for k, name in enumerate(COLOUR_QUANTITIES)}
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
@@ -177,7 +177,7 @@ def _colour_table(colours: Colours) -> str:
             ends = [np.quantile(known, 0.95) if len(known := _known(part[:, k])) else None for k in range(4)]
             rows.append([name, palette, *("–" if end is None else form.format(end)
                                           for end, form in zip(ends, forms, strict=True))])
-    return _table(["model", "palette", *QUANTITIES], rows)
+    return _table(["model", "palette", *COLOUR_QUANTITIES], rows)
 
 
 def _text(path: Path, text: str) -> Path:

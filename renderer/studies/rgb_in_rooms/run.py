@@ -79,7 +79,7 @@ def studied(task: RoomTask) -> dict[str, np.ndarray]:
     return {
         "totals": np.array([totals for totals, _ in solved]),
         "direct": gains.direct,
-        **{f"gains_{name}": np.array([parts[name] for _, parts in solved], dtype=np.float32)
+        **{f"gains_{name}": np.array([parts[name] for _, parts in solved])
            for name in solved[0][1]},
         "one_paint": gains.indirect(reflecting * nodes),
         "mean_rgb": np.array([_mean_rgb(gains, lamp_models()["D65"]["rgb"], each) for each in painted]),
