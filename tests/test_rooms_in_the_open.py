@@ -31,14 +31,14 @@ def sheets(*quads):
 
 @pytest.fixture
 def room(tmp_path):
-    def make(shape, lamp=LAMP, rho=0.5):
+    def make(shape, lamp=LAMP, rho=0.5, inside=""):
         if isinstance(shape, trimesh.Trimesh):
             shape.export(tmp_path / "room.obj")
-            shape = 'mesh = "room.obj"\nup = "z"\nunits = "m"'
+            shape = f'mesh = "room.obj"\nup = "z"\nunits = "m"\n{inside}'
         path = tmp_path / "scene.toml"
+        lit = f"[[luminaires]]\n{lamp}\n[[photometers]]\nposition = [0.7, 0.7, 0.0]\n" if lamp else ""
         path.write_text(f'[room]\n{shape}\nfloor = "g"\nwalls = "g"\nceiling = "g"\n'
-                        f"[materials.g]\nreflectance = {rho}\n[[luminaires]]\n{lamp}\n"
-                        "[[photometers]]\nposition = [0.7, 0.7, 0.0]\n")
+                        f"[materials.g]\nreflectance = {rho}\n{lit}")
         return renderer.load(path)
     return make
 
@@ -108,3 +108,71 @@ def test_another_closed_room_in_the_file_stays_dark(room):
 def test_a_file_with_no_room_about_its_lamps_is_refused(room):
     with pytest.raises(renderer.InputError, match=r"room\.mesh: room\.obj"):
         room(sheets(*([(x / 5 + at, y / 4, 0) for x, y, _ in FLOOR] for at in (0, 4))))
+
+
+def two_hollows():
+    """A block with two rooms in it, the near one that of BOX."""
+    block, *hollows = (trimesh.creation.box(bounds=bounds) for bounds in (
+        [[-.3, -.3, -.3], [10.6, 4.3, 3]], [[0, 0, 0], [5, 4, 2.7]], [[5.3, 0, 0], [10.3, 4, 2.7]]))
+    for hollow in hollows:
+        hollow.invert()
+    return trimesh.util.concatenate([block, *hollows])
+
+
+def two_boxes():
+    """The inner surfaces of two rooms, the near one that of BOX."""
+    return trimesh.util.concatenate([trimesh.creation.box(bounds=[[x, 0, 0], [x + 5, 4, 2.7]])
+                                     for x in (0, 9)])
+
+
+def walls_between():
+    """Walls and slabs as solids about two rooms, the near one that of BOX."""
+    return trimesh.util.concatenate([trimesh.creation.box(bounds=bounds) for bounds in (
+        [[-.2, -.2, -.3], [10.6, 4.2, 0]], [[-.2, -.2, 2.7], [10.6, 4.2, 3]],
+        [[-.2, -.2, -.1], [0, 4.2, 2.9]], [[5, -.2, -.1], [5.4, 4.2, 2.9]],
+        [[10.4, -.2, -.1], [10.6, 4.2, 2.9]],
+        [[-.2, -.2, -.1], [10.6, 0, 2.9]], [[-.2, 4, -.1], [10.6, 4.2, 2.9]])])
+
+
+@pytest.mark.parametrize("shape", [two_hollows, two_boxes, walls_between])
+@pytest.mark.parametrize("inside", ["", "inside = [3.0, 1.0, 1.0]"])
+def test_one_of_several_cavities_is_chosen_by_a_point_or_by_what_is_lit(room, shape, inside):
+    scene = room(shape(), inside=inside)
+    assert "holds 2 cavities: 1)" in scene.files[0]
+    assert scene.files[0].endswith("room.inside is in number 1" if inside else
+                                   "luminaires and meters are in number 1")
+    agree(read(scene)[0], read(room(BOX))[0])
+    if shape is not walls_between:  # the surface around it is the room's own, and nothing else is kept
+        assert scene.room.area == pytest.approx(2 * (5 * 4 + 5 * 2.7 + 4 * 2.7), rel=1e-9)
+        assert not scene.bodies
+
+
+@pytest.mark.parametrize("shape", [two_hollows, two_boxes, walls_between])
+def test_several_cavities_are_listed_where_nothing_tells_which_is_meant(room, shape):
+    with pytest.raises(renderer.InputError, match=r"holds 2 cavities: 1\) \d.* m about .* Give room\.inside"):
+        room(shape(), lamp="")
+
+
+def test_a_point_outside_all_rooms_is_refused(room):
+    with pytest.raises(renderer.InputError, match=r"room\.inside is \[7, 2, 1\], and more than half"):
+        room(two_boxes(), inside="inside = [7.0, 2.0, 1.0]")
+
+
+def test_walls_in_one_piece_without_a_ceiling_are_open_to_the_sky(room):
+    tray, hollow = (trimesh.creation.box(bounds=bounds) for bounds in (
+        [[-.3, -.3, -.3], [5.3, 4.3, 2.7]], [[0, 0, 0], [5, 4, 3]]))
+    upward = np.abs(hollow.triangles_center[:, 2] - 3) > 1e-9
+    top = np.abs(tray.triangles_center[:, 2] - 2.7) > 1e-9
+    inner = trimesh.Trimesh(hollow.vertices * [1, 1, 0.9], hollow.faces[upward][:, ::-1], process=False)
+    outer = trimesh.Trimesh(tray.vertices, tray.faces[top], process=False)
+    corners = [[(-.3, -.3), (5.3, -.3), (5.3, 4.3), (-.3, 4.3)], [(0, 0), (5, 0), (5, 4), (0, 4)]]
+    rim = sheets(*([(*corners[0][k], 2.7), (*corners[0][(k + 1) % 4], 2.7), (*corners[1][(k + 1) % 4], 2.7),
+                    (*corners[1][k], 2.7)] for k in range(4)))
+    scene = room(trimesh.util.concatenate([inner, outer, rim]), rho=0.0)
+    assert [body.closed for body in scene.bodies] == [True] * len(scene.bodies)
+    reading, solution = read(scene)
+    distance = np.linalg.norm([1.8, 1.3, 2.2])
+    assert reading.direct_lx == pytest.approx(1000 / (4 * np.pi) * 2.2 / distance**3, rel=1e-6)
+    lid = sheets([(0, 0, 2.7), (5, 0, 2.7), (5, 4, 2.7), (0, 4, 2.7)]).triangles
+    share = abs(winding(np.array([[2.5, 2.0, 2.2]]), lid)[0])
+    assert escaped(solution)[0]["escaping_lm"] == pytest.approx(1000 * share, rel=0.03)

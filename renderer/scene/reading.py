@@ -21,8 +21,7 @@ from renderer.scene.lighting import resolve_luminaires
 from renderer.scene.objects import colours_said, place_object
 from renderer.scene.project import ProjectTable, checked_requirements
 from renderer.scene.room import Room, box_room, outline_room, refuse_place_outside, spelt, winding
-from renderer.scene.room_from_mesh import mesh_room
-from renderer.scene.room_in_the_open import room_of_heap
+from renderer.scene.room_of_file import room_of_file
 from renderer.scene.scene import STAND_OFF, Body, Scene
 from renderer.scene.schema import MaterialTable, SceneTable
 from renderer.scene.schema_faults import explain
@@ -150,10 +149,11 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
                              f"{hint}")
         return materials[name]
 
-    room, own = _room(table, list(materials), path)
+    room, own, cavity = _room(table, list(materials), path)
     size, (lowest, highest) = np.ptp(room.bounds, axis=0), room.bounds
     faces = _room_materials(table, room, own, used, path)
-    bodies, of_bodies, said = list(own), [], colours_said(Path(table.room.mesh or "").name, faces)
+    bodies, of_bodies = list(own), []
+    said = cavity + colours_said(Path(table.room.mesh or "").name, faces)
     for index, entry in enumerate(table.objects):
         where = f"{path}: objects[{index}]"
         placed = place_object(entry, where, path.parent, used, table.solver.upsampling)
@@ -208,21 +208,16 @@ def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> M
     return Material(name, rgb=rgb, upsampling=upsampling)
 
 
-def _room(scene: SceneTable, materials: list[str], path: Path) -> tuple[Room, list[Body]]:
-    """The room, and the walls and slabs of a room file without one enclosing surface. Raises InputError."""
+def _room(scene: SceneTable, materials: list[str], path: Path) -> tuple[Room, list[Body], list[str]]:
+    """The room, the walls and slabs of a room file without one enclosing surface, and in sentences which of
+    the file's cavities the room is. Raises InputError."""
     table = scene.room
     if table.size is not None:
-        return box_room(table.size), []
+        return box_room(table.size), [], []
     if table.outline is not None:
-        return outline_room(table.outline, table.height, f"{path}: room"), []
-    file = path.parent / table.mesh, table.units, table.up, list(table.surfaces), materials
-    painted = tuple(key for key in FACINGS if getattr(table, key) is not None)
-    try:
-        return mesh_room(*file, f"{path}: room.mesh", path.parent, painted), []
-    except InputError as refusal:
-        lamps, meters = [lum.center for lum in scene.luminaires], [p.position for p in scene.photometers]
-        return room_of_heap(*file, np.array(lamps + meters, dtype=float).reshape(-1, 3), f"{path}: room.mesh",
-                            path.parent, refusal, painted)
+        return outline_room(table.outline, table.height, f"{path}: room"), [], []
+    places = [*(lum.center for lum in scene.luminaires), *(meter.position for meter in scene.photometers)]
+    return room_of_file(table, np.array(places, dtype=float).reshape(-1, 3), materials, path)
 
 
 def _room_materials(scene: SceneTable, room: Room, own: list[Body], used, path: Path) -> list[Material]:

@@ -185,11 +185,11 @@ def outside(points: np.ndarray, shell: np.ndarray, slack: float) -> np.ndarray:
     close = np.flatnonzero(out)
     step = max(1, (1 << 16) // len(shell))
     for some in np.split(close, range(step, len(close), step)):
-        out[some] = _distances(points[some], shell) > slack
+        out[some] = distances(points[some], shell) > slack
     return out
 
 
-def _distances(points: np.ndarray, shell: np.ndarray) -> np.ndarray:
+def distances(points: np.ndarray, shell: np.ndarray) -> np.ndarray:
     """Distances [m] from points (k, 3) to a surface (m, 3, 3)."""
     if not len(points):
         return np.zeros(0)

@@ -11,57 +11,122 @@ import numpy as np
 import trimesh
 
 from renderer.errors import InputError
+from renderer.scene.cavities import UNENCLOSED, Cavities, cavities
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.geometry import Rectangle
+from renderer.scene.model_files.heap import Heap, volumes
 from renderer.scene.model_files.model import Model, read_model
-from renderer.scene.room import Opening, Room, box_room, winding
+from renderer.scene.room import INSIDE_TOLERANCE, Opening, Room, box_room, distances, spelt, winding
 from renderer.scene.scene import Body
 from renderer.scene.surface_names import FACINGS, surface_names
 
+ON_SURFACE = 0.4
+"""Least winding number of a solid about a place in it or on its surface."""
+MOST_LISTED = 12
+"""Cavities of a file that are listed."""
+
 
 def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
-                 places: np.ndarray, where: str, root: Path | None, refusal: InputError,
-                 painted: tuple[str, ...] = FACINGS) -> tuple[Room, list[Body]]:
-    """The room that a file's solids and sheets enclose, and the bodies in it. Raises InputError.
+                 places: np.ndarray, inside: np.ndarray | None, where: str, root: Path | None,
+                 refusal: InputError, painted: tuple[str, ...] = FACINGS
+                 ) -> tuple[Room, list[Body], list[str]]:
+    """The room that a file's solids and sheets enclose, the bodies in it, and in sentences which of the
+    file's cavities the room is. Raises InputError.
 
     places : (k, 3) [m] of the scene's luminaires and meters, which are inside the room
+    inside : (3,) [m] in the cavity that is meant; where given, it decides instead of `places`
     refusal : the error for faces that enclose none of the places, where more than half of all directions are
         open
 
     Other arguments are as for `mesh_room`.
     """
-    if not len(places):
-        raise refusal
     model = read_model(path, where, 1.0, units, up, root)
     for name in named:
         if name not in model.known:
             shown = ", ".join(repr(n) for n in model.known[:12]) or "none"
             raise InputError(f"{where.removesuffix('.mesh')}.surfaces names {name!r}, which {path.name} "
                              f"has not; names in it: {shown}.")
-    faces, solid = model.heap.faces.copy(), model.heap.solid
+    places, kept, said = _chosen(model, places, inside, where, refusal)
+    model = replace(model, heap=kept)
+    faces, solid = kept.faces.copy(), kept.solid
     corners = model.heap.vertices[faces]
     scale = float(np.ptp(model.bounds, axis=0).max())
+    off = distances(places, corners) > INSIDE_TOLERANCE * scale  # on a surface is neither inside nor outside
+    places = places[off] if off.any() else places
     around = _enclosing(corners, solid, places)
     if around is None and min(_open_share(place, corners) for place in (*places, places.mean(axis=0))) > 0.5:
-        raise refusal
+        raise refusal if inside is None else InputError(
+            f"{where.removesuffix('.mesh')}.inside is {spelt(inside)}, and more than half of all directions "
+            f"from there meet none of {model.file}. Give a point in a room.")
     faces = _turned_to(model.heap.vertices, faces, solid, places.mean(axis=0))
-    if around is not None:
+    if around is not None and volumes(kept.vertices, faces, np.where(solid == around, 0, 1), 2)[0] > 0:
         faces[solid == around] = faces[solid == around, ::-1]
     names, colours = _names(model, faces, named, materials, painted)
     if around is not None:
         own = solid == around
         room = Room({name: flat_parts(_mesh(model, faces[own & (names == name)]), scale)
                      for name in dict.fromkeys(names[own].tolist())}, colours=colours)
+        rest = ~own & ((solid < 0) | np.isin(solid, solid[_within(corners, room.shell)]))
     else:
         room = replace(_box_around(model.bounds, scale), colours=colours)
+        rest = np.ones(len(faces), dtype=bool)
     bodies = []
-    rest = solid != around if around is not None else np.ones(len(faces), dtype=bool)
     for name in dict.fromkeys(names[rest].tolist()):
         for closed in (True, False):
             some = faces[rest & (names == name) & ((solid >= 0) == closed)]
             if len(some):
                 bodies.append(Body(name, _mesh(model, some), closed, of_room=True))
-    return room, bodies
+    return room, bodies, said
+
+
+def refuse_several(path: Path, units: str | None, up: str | None, where: str, root: Path | None) -> None:
+    """Raise InputError where a file holds several cavities, and no luminaire or meter is in one."""
+    model = read_model(path, where, 1.0, units, up, root)
+    found = cavities(model.heap.vertices[model.heap.faces], model.heap.solid >= 0)
+    if len(found.rooms) > 1:
+        raise _several(model, found, where)
+
+
+def _several(model: Model, found: Cavities, where: str) -> InputError:
+    return InputError(f"{where}: {_listed(model, found)}. Give room.inside, a point in the one that is "
+                      "meant.")
+
+
+def _listed(model: Model, found: Cavities) -> str:
+    each = [f"{k + 1}) {found.each[cavity]}" for k, cavity in enumerate(found.rooms[:MOST_LISTED])]
+    return f"{model.file} holds {len(found.rooms)} cavities: {'; '.join(each)}"
+
+
+def _chosen(model: Model, places: np.ndarray, inside: np.ndarray | None, where: str, refusal: InputError
+            ) -> tuple[np.ndarray, Heap, list[str]]:
+    """Places (k, 3) that are inside, the faces about them, and what cavities there are, in sentences.
+
+    Raises InputError where no place tells which is meant.
+    """
+    whole = model.heap
+    found = cavities(whole.vertices[whole.faces], whole.solid >= 0)
+    given = places if inside is None else inside[None]
+    chosen = found.of(given)
+    if not len(given):
+        if len(found.rooms) != 1:
+            raise _several(model, found, where) if found.rooms else refusal
+        chosen, given = found.rooms, found.each[found.rooms[0]].place[None]
+    if not chosen or UNENCLOSED in chosen:
+        return given, whole, []
+    near = found.beside(chosen, whole.vertices[whole.faces])
+    near |= np.isin(whole.solid, whole.solid[near & (whole.solid >= 0)])  # solids stay whole
+    heap = replace(whole, faces=whole.faces[near], part=whole.part[near], solid=whole.solid[near])
+    if len(found.rooms) < 2:
+        return given, heap, []
+    which = " and ".join(f"number {found.rooms.index(k) + 1}" if k in found.rooms else str(found.each[k])
+                         for k in chosen)
+    how = "room.inside is in" if inside is not None else "luminaires and meters are in"
+    return given, heap, [f"{_listed(model, found)}; {how} {which}"]
+
+
+def _within(corners: np.ndarray, shell: np.ndarray) -> np.ndarray:
+    """Which triangles (k, 3, 3) are in a room of that shell (m, 3, 3), normals inward (k,)."""
+    return winding(corners.mean(axis=1), shell) > ON_SURFACE
 
 
 def _open_share(place: np.ndarray, corners: np.ndarray, count: int = 256) -> float:
@@ -90,21 +155,19 @@ def _mesh(model: Model, faces: np.ndarray) -> trimesh.Trimesh:
 
 
 def _enclosing(corners: np.ndarray, solid: np.ndarray, places: np.ndarray) -> int | None:
-    """The solid that is the room's own surface: the smallest with most of the places (k, 3) in it.
-
-    None where no solid has them, or where most places are outside all solids together, as in a hollow.
-    """
-    found, size = None, np.inf
-    on_surface = 0.4  # least winding number of a solid about a place in it or on its surface
+    """The closed surface that is the room's own: the smallest with most of the places (k, 3) in it, or in a
+    hollow of the solid that it bounds. None where no closed surface is."""
+    found, size, inward = None, np.inf, False
     for k in np.unique(solid[solid >= 0]):
         own = corners[solid == k]
         turns = -winding(places, own)
         extent = np.prod(np.ptp(own.reshape(-1, 3), axis=0))
-        if (turns > on_surface).mean() > 0.5 and extent < size:
-            found, size = int(k), extent
-    if found is None or (-winding(places, corners[solid >= 0]) < on_surface).mean() > 0.5:
+        if (np.abs(turns) > ON_SURFACE).mean() > 0.5 and extent < size:
+            found, size, inward = int(k), extent, bool(turns.mean() < 0)
+    if found is None:
         return None
-    return found
+    in_air = (-winding(places, corners[solid >= 0]) < ON_SURFACE).mean() > 0.5
+    return found if in_air == inward else None
 
 
 def _turned_to(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray, place: np.ndarray) -> np.ndarray:

@@ -37,6 +37,7 @@ class RoomTable(StrictTable):
     mesh: str | None = None
     units: Literal[tuple(METRES_PER_UNIT)] | None = None
     up: Literal["z", "y"] | None = None
+    inside: Vector | None = None
     floor: str | None = None
     walls: str | None = None
     ceiling: str | None = None
@@ -54,7 +55,7 @@ class RoomTable(StrictTable):
             raise ValueError(f"{said}; give one of room.size, room.outline with room.height, and room.mesh")
         shape = given[0]
         of_box = [f"wall_{side}" for side in ("x0", "x1", "y0", "y1")]
-        for keys, owner in ((of_box, "size"), (["height"], "outline"), (["units", "up"], "mesh")):
+        for keys, owner in ((of_box, "size"), (["height"], "outline"), (["units", "up", "inside"], "mesh")):
             unused = [k for k in keys if getattr(self, k) is not None and shape != owner]
             if unused:
                 raise ValueError(f"{unused[0]} is given; only a room with {owner} takes it. "

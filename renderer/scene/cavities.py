@@ -1,0 +1,109 @@
+"""Cavities of a heap of faces: the air that they enclose, on a grid whose cells are wider than gaps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.scene.room import spelt, winding
+
+CELLS_ACROSS = 128
+"""Cells along the longest side of the faces' extent."""
+FACE_STEP = 0.4
+"""Longest distance between the points that faces are marked by, in cells: no path from cell to cell then
+crosses a face unseen."""
+LEAST_SHARE = 0.01
+"""A cavity smaller than this part of the whole extent is no room: a drawer, the inside of a wall."""
+CELLS_BESIDE = 2
+"""Cells from a cavity within which faces are of its walls, or a place may be in it."""
+FACE, UNENCLOSED = -2, -1
+"""What a cell holds that is in no cavity: a face, or air that reaches out of the faces' extent."""
+
+
+@dataclass(frozen=True)
+class Cavity:
+    """Enclosed air. place : (3,) [m] far from all faces; extent : (3,) [m]; volume [m³]"""
+
+    place: np.ndarray
+    extent: np.ndarray
+    volume: float
+
+    def __str__(self) -> str:
+        return f"{' × '.join(f'{x:.2g}' for x in self.extent)} m about {spelt(np.round(self.place, 2))}"
+
+
+@dataclass(frozen=True)
+class Cavities:
+    """All of them.
+
+    rooms : the numbers of those that are rooms, the largest first; each : of all of them
+    cell : (nx, ny, nz) the number of each cell's cavity, FACE or UNENCLOSED; low : (3,) [m]; pitch [m]
+    """
+
+    rooms: list[int]
+    each: list[Cavity]
+    cell: np.ndarray
+    low: np.ndarray
+    pitch: float
+
+    def index(self, points: np.ndarray) -> tuple[np.ndarray, ...]:
+        """The cells that points (…, 3) are in, those past the grid's border its nearest."""
+        cell = np.floor((points - self.low) / self.pitch).astype(int)
+        return tuple(np.moveaxis(np.clip(cell, 0, np.array(self.cell.shape) - 1), -1, 0))
+
+    def of(self, points: np.ndarray) -> list[int]:
+        """The cavities, or UNENCLOSED, that points (k, 3) are in; those in a face's cell left out."""
+        return sorted({int(k) for k in self.cell[self.index(points)] if k != FACE})
+
+    def beside(self, chosen: list[int], triangles: np.ndarray) -> np.ndarray:
+        """Which triangles (k, 3, 3) come near some of the cavities (k,)."""
+        from scipy import ndimage
+
+        cells = np.isin(self.cell, chosen)
+        near = ndimage.binary_dilation(cells, np.ones((3, 3, 3)), iterations=CELLS_BESIDE)
+        points, owner = _points(triangles, FACE_STEP * self.pitch)
+        return np.bincount(owner, near[self.index(points)], len(triangles)) > 0
+
+
+def cavities(triangles: np.ndarray, closed: np.ndarray) -> Cavities:
+    """The cavities of triangles (k, 3, 3) [m]; closed : (k,) whether each is of a solid, wound outward.
+
+    Rooms are the air between solids and sheets; where there is none, what the solids enclose: then the file
+    draws inner surfaces alone.
+    """
+    from scipy import ndimage
+
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    pitch = float((high - low).max()) / CELLS_ACROSS
+    low = low - 1.5 * pitch
+    grid = np.zeros(np.ceil((high - low) / pitch + 1.5).astype(int), dtype=bool)
+    grid[tuple(np.floor((_points(triangles, FACE_STEP * pitch)[0] - low) / pitch).astype(int).T)] = True
+    label, _ = ndimage.label(~grid)
+    cell = np.where(grid, FACE, label - 2)  # the first is the air around: its first cell is the grid's
+    each = []
+    for box in ndimage.find_objects(label)[1:]:
+        inner = np.pad(label[box] == len(each) + 2, 1)
+        deepest = np.unravel_index(ndimage.distance_transform_edt(inner).argmax(), inner.shape)
+        start = np.array([side.start for side in box])
+        each.append(Cavity(low + (start + np.array(deepest) - 0.5) * pitch,
+                           (np.array(inner.shape) - 1) * pitch, float(inner.sum()) * pitch**3))
+    large = [k for k, one in enumerate(each) if one.volume > LEAST_SHARE * np.prod(high - low)]
+    places = np.array([each[k].place for k in large]).reshape(-1, 3)
+    depth = -winding(places, triangles[closed]) if closed.any() else np.zeros(len(places))
+    least = depth.min(initial=np.inf) + 0.5
+    rooms = [k for k, inside in zip(large, depth, strict=True) if inside < least]
+    return Cavities(sorted(rooms, key=lambda k: -each[k].volume), each, cell, low, pitch)
+
+
+def _points(triangles: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (m, 3) all over triangles (k, 3, 3), no farther apart than `step`, and whose they are (m,)."""
+    sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
+    counts = np.maximum(1, np.ceil(sides.max(axis=1) / step).astype(int))
+    found, owner = [], []
+    for n in np.unique(counts):
+        some = np.flatnonzero(counts == n)
+        i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij")
+        i, j = (x[i + j <= n] / n for x in (i, j))
+        a, b, c = triangles[some].swapaxes(0, 1)[..., None, :]
+        found.append((a + i[:, None] * (b - a) + j[:, None] * (c - a)).reshape(-1, 3))
+        owner.append(np.repeat(some, len(i)))
+    return np.concatenate(found), np.concatenate(owner)

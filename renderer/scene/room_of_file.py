@@ -1,0 +1,50 @@
+"""The room of a mesh file: the inside of one closed surface, or else of what its faces have between them."""
+
+from pathlib import Path
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.scene.room import INSIDE_TOLERANCE, Room, distances, refuse_place_outside, winding
+from renderer.scene.room_from_mesh import mesh_room
+from renderer.scene.room_in_the_open import refuse_several, room_of_heap
+from renderer.scene.scene import Body
+from renderer.scene.schema import RoomTable
+from renderer.scene.surface_names import FACINGS
+
+
+def room_of_file(table: RoomTable, places: np.ndarray, materials: list[str], path: Path
+                 ) -> tuple[Room, list[Body], list[str]]:
+    """The room, the walls and slabs of its file where no one surface encloses it, and which of the file's
+    cavities it is, in sentences. Raises InputError.
+
+    places : (k, 3) [m] of the scene's luminaires and meters; materials : the scene's, by name
+    path : the scene file's
+    """
+    file = path.parent / table.mesh, table.units, table.up, list(table.surfaces), materials
+    painted = tuple(key for key in FACINGS if getattr(table, key) is not None)
+    inside = None if table.inside is None else np.array(table.inside)
+    asked, closed = places if inside is None else inside[None], None
+    try:
+        closed = mesh_room(*file, f"{path}: room.mesh", path.parent, painted)
+        if not len(asked):
+            refuse_several(path.parent / table.mesh, table.units, table.up, f"{path}: room.mesh", path.parent)
+        if _holds(closed, asked):
+            return closed, [], []
+        refuse_place_outside(closed, asked[0], f"{path}: room.inside is", "Give a point in the room")
+        refusal = InputError(f"{path}: room.mesh: no luminaire and no photometer is in {table.mesh}.")
+    except InputError as fault:
+        refusal = fault
+    try:
+        return room_of_heap(*file, places, inside, f"{path}: room.mesh", path.parent, refusal, painted)
+    except InputError:
+        if closed is None or not len(places) or inside is not None:
+            raise
+        return closed, [], []  # what lies outside it is refused by its own name
+
+
+def _holds(room: Room, places: np.ndarray) -> bool:
+    """Whether one of the places (k, 3) is inside a room, or none outside; on its surface is neither."""
+    inside = winding(places, room.shell) >= 0.5
+    off = distances(places, room.shell) > INSIDE_TOLERANCE * room.scale
+    return bool((inside & off).any() or not (~inside & off).any())
