@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import warnings
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -71,6 +72,25 @@ def room_file(tmp_path):
     return make
 
 
+HELD: Counter[str] = Counter()
+
+
+@pytest.fixture(scope="session")
+def held():
+    """A function that counts cases which have held, by a row of the table in docs/stability.md."""
+
+    def count(row: str, cases: int = 1) -> None:
+        HELD[row] += cases
+
+    return count
+
+
+def pytest_sessionfinish(exitstatus) -> None:
+    """Write what has held where docs/held.py asks for it."""
+    if path := os.environ.get("RENDERER_HELD"):
+        Path(path).write_text(json.dumps({"passed": exitstatus == 0, "held": HELD}), encoding="utf-8")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def own_cache(tmp_path_factory):
     """Form factors are kept in a folder of the tests, not in the user's."""
@@ -89,10 +109,30 @@ def run():
     return call
 
 
+def run_here(batches):
+    """What `sweep_runs.on_cores` does, without workers."""
+    for batch in batches:
+        yield batch.run()
+
+
+@pytest.fixture(scope="session")
+def cluster():
+    """A Dask cluster of two workers, a process each, for all tests that are run by one process."""
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as local:
+        yield local
+
+
 @pytest.fixture
 def here(monkeypatch, capsys):
     """The same within this process, which has imported everything: what a command returns and says."""
     from renderer.cli import main
+    from renderer.studies import sweep_runs
+    from renderer.system.log import LOGGER
+
+    monkeypatch.setattr(LOGGER, "handlers", LOGGER.handlers)
+    monkeypatch.setattr(sweep_runs, "on_cores", run_here)
+    before = LOGGER.level
 
     def call(*arguments, cwd):
         monkeypatch.chdir(cwd)
@@ -105,6 +145,7 @@ def here(monkeypatch, capsys):
             code = 0
         except SystemExit as end:
             code = end.code or 0
+        LOGGER.setLevel(before)
         said = capsys.readouterr()
         return subprocess.CompletedProcess(arguments, code, said.out, said.err)
 

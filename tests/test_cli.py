@@ -54,15 +54,15 @@ def test_help_needs_none_of_the_heavy_packages():
 
 
 @pytest.mark.parametrize("command", ["compare", "render", "photometer", "pseudocolour", "gamut"])
-def test_every_command_has_help(run, folder, command):
-    done = run(command, "--help", cwd=folder)
+def test_every_command_has_help(here, folder, command):
+    done = here(command, "--help", cwd=folder)
     assert done.returncode == 0
     for option in ("--out", "--quiet", "--accuracy", "--seed"):
         assert option in done.stdout
 
 
-def test_photometer_prints_the_contracts_object(run, folder):
-    done = run("photometer", "room.toml", "--json", "--quiet", cwd=folder)
+def test_photometer_prints_the_contracts_object(here, folder):
+    done = here("photometer", "room.toml", "--json", "--quiet", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     record = json.loads(done.stdout)
@@ -83,48 +83,48 @@ def test_photometer_prints_the_contracts_object(run, folder):
     assert len(reading["spectrum"]["wavelength_nm"]) == 31
 
 
-def test_rgb_says_what_it_cannot_know(run, folder):
-    record = json.loads(run("photometer", "room.toml", "--json", "--quiet", "--bands", "rgb",
+def test_rgb_says_what_it_cannot_know(here, folder):
+    record = json.loads(here("photometer", "room.toml", "--json", "--quiet", "--bands", "rgb",
                             cwd=folder).stdout)
     assert record["readings"][0]["melanopic_edi_lx"] is None
     assert record["readings"][0]["spectrum"] is None
 
 
-def test_a_dark_room_has_no_colour(run, folder):
+def test_a_dark_room_has_no_colour(here, folder):
     (folder / "dark.toml").write_text(SMALL.replace("luminance = 1000", "luminance = 0"))
-    record = json.loads(run("photometer", "dark.toml", "--json", "--quiet", cwd=folder).stdout)
+    record = json.loads(here("photometer", "dark.toml", "--json", "--quiet", cwd=folder).stdout)
     reading = record["readings"][0]
     assert reading["illuminance_lx"] == {"direct": 0.0, "indirect": 0.0, "total": 0.0, "uncertainty": 0.0}
     assert reading["xy"] is reading["cct_K"] is reading["duv"] is None
 
 
-def test_a_reading_anywhere_and_in_any_direction(run, folder):
-    done = run("photometer", "room.toml", "--at", "2,0,1.5", "--normal", "0,1,0", "--accuracy", "2%",
+def test_a_reading_anywhere_and_in_any_direction(here, folder):
+    done = here("photometer", "room.toml", "--at", "2,0,1.5", "--normal", "0,1,0", "--accuracy", "2%",
                "--json", cwd=folder)
     record = json.loads(done.stdout)
     assert record["accuracy"] == 0.02
     assert record["readings"][0]["position"] == [2.0, 0.0, 1.5]
     assert "form factors" in done.stderr  # progress, not results
-    down = run("photometer", "room.toml", "--at", "2,2,1", "--normal", "-0.1,0,-1", "--quiet", cwd=folder)
+    down = here("photometer", "room.toml", "--at", "2,2,1", "--normal", "-0.1,0,-1", "--quiet", cwd=folder)
     assert down.returncode == 0, down.stderr
     assert "floor" not in down.stdout
 
 
-def test_the_same_seed_gives_the_same_numbers(run, folder):
+def test_the_same_seed_gives_the_same_numbers(here, folder):
     text = SMALL + '[[objects]]\nshape = "box"\nposition = [1, 1, 0]\nsize = [1, 1, 1]\nmaterial = "paint"\n'
     (folder / "box.toml").write_text(text)
-    a, b, c = (json.loads(run("photometer", "box.toml", "--json", "--quiet", "--seed", seed, cwd=folder)
+    a, b, c = (json.loads(here("photometer", "box.toml", "--json", "--quiet", "--seed", seed, cwd=folder)
                           .stdout)["readings"] for seed in (5, 5, 6))
     assert a == b
     assert a != c
 
 
-def test_render_and_pseudocolour_write_whole_files(run, folder):
-    done = run("render", "room.toml", "--out", "here", "--quiet", cwd=folder)
+def test_render_and_pseudocolour_write_whole_files(here, folder):
+    done = here("render", "room.toml", "--out", "here", "--quiet", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert {p.name for p in (folder / "here").iterdir()} == {
         "room_31.png", "room_31_luminance.exr", "room_31_spectral.exr", "room_31.vtp"}
-    assert run("pseudocolour", "room.toml", "--bands", "rgb", "--quiet", cwd=folder).returncode == 0
+    assert here("pseudocolour", "room.toml", "--bands", "rgb", "--quiet", cwd=folder).returncode == 0
     assert {p.name for p in (folder / "outputs").iterdir()} == {
         "room_rgb_direct_pseudocolour.png", "room_rgb_total_pseudocolour.png"}
 
@@ -148,9 +148,9 @@ def test_render_and_pseudocolour_write_whole_files(run, folder):
     (["compare", "room.toml", "none.toml"], ["none.toml"]),
     (["draw"], ["draw"]),
 ])
-def test_a_wrong_call_is_one_line_and_exit_code_2(run, folder, arguments, words):
+def test_a_wrong_call_is_one_line_and_exit_code_2(here, folder, arguments, words):
     quiet = ["--quiet"] if len(arguments) > 1 else []
-    done = run(*arguments, *quiet, cwd=folder)
+    done = here(*arguments, *quiet, cwd=folder)
     assert done.returncode == 2, done.stderr
     assert done.stderr.count("\n") == 1, done.stderr
     assert done.stdout == ""
@@ -168,12 +168,12 @@ def test_a_point_outside_the_room_is_refused_before_it_is_solved(here, folder, m
     assert "--at is [9, 9, 9], outside the room" in done.stderr
 
 
-def test_titles_and_names_are_shown_as_they_stand(run, folder):
+def test_titles_and_names_are_shown_as_they_stand(here, folder):
     text = 'title = "Room [bold] $x_$ [/b]"' + SMALL.replace('"floor"\nposition', '"[red]f"\nposition')
     (folder / "odd.toml").write_text(text)
     (folder / "sub").mkdir()
     (folder / "sub" / "odd.toml").write_text(text)
-    done = run("compare", "odd.toml", "sub/odd.toml", "--quiet", cwd=folder)
+    done = here("compare", "odd.toml", "sub/odd.toml", "--quiet", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "Room [bold] $x_$ [/b]" in done.stdout
     assert "[red]f" in done.stdout
@@ -181,21 +181,21 @@ def test_titles_and_names_are_shown_as_they_stand(run, folder):
     assert {"odd_31.vtp", "odd-2_31.vtp"} <= names
 
 
-def test_an_output_that_cannot_be_replaced_is_one_line(run, folder):
+def test_an_output_that_cannot_be_replaced_is_one_line(here, folder):
     (folder / "here" / "room_31.png").mkdir(parents=True)
-    done = run("render", "room.toml", "--out", "here", "--quiet", cwd=folder)
+    done = here("render", "room.toml", "--out", "here", "--quiet", cwd=folder)
     assert done.returncode == 2
     assert "room_31.png" in done.stderr
     assert done.stderr.count("\n") == 1
     assert not list(folder.rglob("*.part*"))
 
 
-def test_no_steady_state_is_exit_code_1(run, folder):
+def test_no_steady_state_is_exit_code_1(here, folder):
     text = SMALL.replace("reflectance = 0.5", "reflectance = 1").replace(
         'shape = "rectangle"\ncenter = [2, 2, 3]\nnormal = [0, 0, -1]\nsize = [1, 1]\nluminance = 1000',
         'shape = "point"\ncenter = [2, 2, 2]\nflux = 1000')
     (folder / "furnace.toml").write_text(text)
-    done = run("photometer", "furnace.toml", "--quiet", cwd=folder)
+    done = here("photometer", "furnace.toml", "--quiet", cwd=folder)
     assert done.returncode == 1
     assert "no steady state" in done.stderr
     assert done.stderr.count("\n") == 1

@@ -20,14 +20,6 @@ CRATE = {"shape": "box", "position": [1.0, 1.0, 0.0], "size": [1.0, 1.0, 1.0]}
 METER = {"name": "floor", "position": [3.0, 3.0, 0.0], "normal": [0, 0, 1]}
 
 
-@pytest.fixture(scope="module")
-def cluster():
-    """Two workers, a process each."""
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as local:
-        yield local
-
-
 @pytest.fixture
 def small_blocks(monkeypatch):
     """Blocks of 16 patches at 1,024 rays, and no room too small to be sent."""

@@ -128,8 +128,8 @@ def test_the_commands(here, tmp_path):
     assert len(here("keys", cwd=tmp_path).stdout.splitlines()) > 80
 
 
-def test_help_is_grouped_and_names_rooms_and_pages(run, tmp_path):
-    said = run("--help", cwd=tmp_path).stdout
+def test_help_is_grouped_and_names_rooms_and_pages(here, tmp_path):
+    said = here("--help", cwd=tmp_path).stdout
     for word in ("Begin", "Show a room", "Read a room", "furnished_room", "README.md", "renderer new",
                  "--install-completion"):
         assert word in said

@@ -38,15 +38,15 @@ def test_a_run_logs_its_steps_with_their_seconds(room, caplog):
     assert sum(line.endswith(" s") for line in caplog.messages) >= 4
 
 
-def test_a_run_logs_nothing_unless_asked(run, tmp_path):
+def test_a_run_logs_nothing_unless_asked(here, tmp_path):
     folder = tmp_path
     (folder / "room.toml").write_text(ROOM)
-    quiet = run("photometer", "room.toml", "--json", "--quiet", cwd=folder)
-    logged = run("photometer", "room.toml", "--json", "--quiet", "--log-level", "debug", cwd=folder)
+    quiet = here("photometer", "room.toml", "--json", "--quiet", cwd=folder)
+    logged = here("photometer", "room.toml", "--json", "--quiet", "--log-level", "debug", cwd=folder)
     assert quiet.stderr == ""
     assert "interreflections of" in logged.stderr
     assert "by way of floor" in logged.stderr
-    refused = run("photometer", "room.toml", "--log-level", "all", cwd=folder)
+    refused = here("photometer", "room.toml", "--log-level", "all", cwd=folder)
     assert refused.returncode == 2
     assert "--log-level is 'all'; must be one of debug, info, warning." in refused.stderr
 

@@ -153,7 +153,10 @@ def test_no_light_through_a_partition(room):
     assert lit > 100
     for spot, normal in (([2, 3.6, 0], [0, 0, 1]), ([2, 3.21, 1.5], [0, 1, 0]),
                          ([2, 4, 1.5], [0, -1, 0]), ([0, 3.2001, 0], [0, 0, 1])):
-        assert solution.photometer(spot, normal).total_lx < 1e-6 * lit
+        dark = solution.photometer(spot, normal)
+        assert dark.total_lx < 1e-6 * lit
+        # Groups of patches from both chambers made the bar 58 lx; now it is what rare paths might bring.
+        assert dark.uncertainty < 1e-3 * lit
 
 
 def test_covered_surfaces_take_no_part(room):

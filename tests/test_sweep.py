@@ -11,10 +11,12 @@ import time
 from multiprocessing import active_children
 
 import pytest
+from conftest import run_here
 
 import renderer
 from renderer.errors import InputError
 from renderer.studies import sweep as studies
+from renderer.studies import sweep_runs
 from renderer.studies.sweep import identity, read_study, scene_of
 from renderer.studies.sweep_runs import READ, Journal, sweep
 
@@ -49,7 +51,15 @@ EVERY = [(rho, flux) for rho in VALUES for flux in (1000.0, 2000.0)]
 def swept(tmp_path_factory):
     """A folder with a sweep done, and what it returned."""
     folder = tmp_path_factory.mktemp("swept")
-    return folder, sweep(study(folder), folder, False, None, lambda step: None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweep_runs, "on_cores", run_here)
+        return folder, sweep(study(folder), folder, False, None, lambda step: None)
+
+
+@pytest.fixture
+def one_process(monkeypatch):
+    """Batches are run in this process: of workers, other tests speak."""
+    monkeypatch.setattr(sweep_runs, "on_cores", run_here)
 
 
 @pytest.fixture
@@ -89,7 +99,7 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path):
     assert len(lines) == len(set(lines)) == 1 + 16  # whose it is, and the rooms
 
 
-def test_an_interrupted_sweep_goes_on_where_it_was(finished):
+def test_an_interrupted_sweep_goes_on_where_it_was(finished, one_process):
     table = finished / "paints.csv"
     first = table.read_bytes()
     journal = finished / ".paints.journal"
@@ -102,7 +112,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(finished):
     assert len(Journal(journal).done) == 16
 
 
-def test_a_changed_room_is_done_again_and_the_others_are_not(finished):
+def test_a_changed_room_is_done_again_and_the_others_are_not(finished, one_process):
     more = study(finished, [*VALUES, 0.6])
     assert sweep(more, finished, False, None, lambda step: None)[1:] == (2, 18)
     other = study(finished, [0.1], accuracy=0.3)
@@ -110,7 +120,7 @@ def test_a_changed_room_is_done_again_and_the_others_are_not(finished):
     assert sweep(other, finished, False, None, lambda step: None)[1:] == (2, 2)
 
 
-def test_a_room_that_cannot_be_solved_is_a_row_that_says_so(tmp_path):
+def test_a_room_that_cannot_be_solved_is_a_row_that_says_so(tmp_path, one_process):
     text = 'scenes = ["grey_room"]\n[vary]\n"luminaires.0.normal" = [[0, 0, -1], [0, 0, 1]]'
     files, *_ = sweep(study(tmp_path, text=text), tmp_path, False, None, lambda step: None)
     good, bad = rows(files)
@@ -181,7 +191,7 @@ def names(read):
     return [identity(read.bases[case.base], case) for case in read.cases()]
 
 
-def test_a_changed_file_that_only_a_value_names_is_read_again(painted):
+def test_a_changed_file_that_only_a_value_names_is_read_again(painted, one_process):
     text = PAINTS.format(scenes='["a.toml"]')
 
     def swept():
@@ -209,21 +219,21 @@ def test_a_room_is_the_same_wherever_it_is_called_from_and_not_with_another_prog
     assert not set(names(study(painted, text=text))) & set(first)
 
 
-def test_a_file_changed_under_way_stops_the_sweep(painted):
+def test_a_file_changed_under_way_stops_the_sweep(painted, one_process):
     read = study(painted, text=PAINTS.format(scenes='["a.toml"]'))
     (painted / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.9\n700,0.9\n")
     with pytest.raises(InputError, match="not what it was when the study was read"):
         sweep(read, painted, False, None, lambda step: None)
 
 
-def test_rooms_of_one_name_are_told_apart_and_others_keep_theirs(painted):
+def test_rooms_of_one_name_are_told_apart_and_others_keep_theirs(painted, one_process):
     shutil.copy(painted / "a.toml", painted / "sub" / "b.toml")
     text = PAINTS.format(scenes='["a.toml", "sub/a.toml", "sub/b.toml"]')
     files, *_ = sweep(study(painted, text=text), painted, False, None, lambda step: None)
     assert [row["scene"] for row in rows(files)[::2]] == ["a.toml", "sub/a.toml", "b"]
 
 
-def test_another_studys_table_is_not_overwritten(painted):
+def test_another_studys_table_is_not_overwritten(painted, one_process):
     text = PAINTS.format(scenes='["a.toml"]')
     sweep(study(painted, text=text), painted, False, None, lambda step: None)
     table = (painted / "paints.csv").read_bytes()
@@ -313,10 +323,7 @@ def test_a_scheduler_without_dask_or_without_an_answer_is_refused(tmp_path):
         sweep(study(tmp_path), tmp_path, False, "tcp://127.0.0.1:9", lambda step: None)
 
 
-def test_a_dask_cluster_gives_the_same_table_though_a_worker_dies(tmp_path):
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
-    here = sweep(study(tmp_path), tmp_path, False, None, lambda step: None)[0][0].read_bytes()
-    (tmp_path / ".paints.journal").unlink()
+def test_a_dask_cluster_gives_the_same_table_though_a_worker_dies(tmp_path, swept, cluster):
     killed = []
 
     def kill_one(step):
@@ -324,8 +331,7 @@ def test_a_dask_cluster_gives_the_same_table_though_a_worker_dies(tmp_path):
             pids = [worker.pid for worker in cluster.workers.values()]
             os.kill(killed.append(pids[0]) or pids[0], signal.SIGKILL)
 
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        files, now, _ = sweep(study(tmp_path), tmp_path, False, cluster.scheduler_address, kill_one)
+    files, now, _ = sweep(study(tmp_path), tmp_path, False, cluster.scheduler_address, kill_one)
     assert now == 16
     assert killed
-    assert files[0].read_bytes() == here
+    assert files[0].read_bytes() == swept[1][0][0].read_bytes()

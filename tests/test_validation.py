@@ -7,7 +7,7 @@ import pytest
 from renderer.studies.validation import run
 from renderer.studies.validation.cases import Case
 
-SLOW = {"meshes_and_spectra", "sizes"}
+SLOW = {"meshes_and_spectra", "sizes", "sphere"}
 STUDIES = [pytest.param(study, marks=[pytest.mark.slow] if study.__name__ in SLOW else [], id=study.__name__)
            for study in (*run.ORACLES, *run.EXTREMES)]
 

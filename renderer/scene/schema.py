@@ -18,6 +18,7 @@ from renderer.scene.project import ProjectTable, RequirementTable
 from renderer.scene.table_types import (
     Amount,
     Count,
+    FileName,
     Fraction,
     Number,
     Positive,
@@ -34,7 +35,7 @@ class RoomTable(StrictTable):
     size: tuple[Positive, Positive, Positive] | None = None
     outline: Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=1000)] | None = None
     height: Positive | None = None
-    mesh: str | None = None
+    mesh: FileName | None = None
     units: Literal[tuple(METRES_PER_UNIT)] | None = None
     up: Literal["z", "y"] | None = None
     inside: Vector | None = None
@@ -79,7 +80,7 @@ class MaterialTable(StrictTable):
     """A diffuse reflectance, given in one of six ways; `lrv` is in percent."""
 
     reflectance: Fraction | None = None
-    spectrum: str | None = None
+    spectrum: FileName | None = None
     rgb: tuple[Fraction, Fraction, Fraction] | None = None
     srgb: Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$")] | None = None
     munsell: str | None = None
@@ -109,7 +110,7 @@ class LuminaireTable(StrictTable):
 
     name: str = "luminaire"
     shape: Literal["rectangle", "disc", "point", "ies"]
-    file: str | None = None
+    file: FileName | None = None
     center: Vector
     normal: Vector | None = None
     up: Vector | None = None
@@ -122,7 +123,7 @@ class LuminaireTable(StrictTable):
     flux: Amount | None = None
     luminance: Amount | None = None
     intensity: Amount | None = None
-    spectrum: str | None = None
+    spectrum: FileName | None = None
     cct: Annotated[float, Field(strict=True, ge=1000, le=25000)] | None = None
     watts: Amount | None = None
 
@@ -179,7 +180,7 @@ class ObjectTable(StrictTable):
 
     name: str = "object"
     shape: Literal["box", "cylinder", "sphere"] | None = None
-    mesh: str | None = None
+    mesh: FileName | None = None
     units: Literal[tuple(METRES_PER_UNIT)] | None = None
     up: Literal["z", "y"] | None = None
     scale: Positive | None = None

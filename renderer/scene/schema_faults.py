@@ -1,12 +1,23 @@
 """Sentences about faults that pydantic finds in a scene file."""
 
 import difflib
+import re
 
 from pydantic import BaseModel
 
 from renderer.scene.schema import SceneTable
 from renderer.scene.spelling import advice
 from renderer.system.text import quoted
+
+LONG_NUMBER = re.compile(r"\b(\d{7,}|0\.0{4,}\d+)\b")
+"""A limit that reads better as a power of ten."""
+IN_TOML = ((r"a valid dictionary( or (an )?instance of \w+)?",
+            "one table, its keys under [name] in single brackets"),
+           ("a valid (list|tuple)", "a list in square brackets"),
+           ("a valid number", "a number, without quotation marks"),
+           ("a valid integer", "a whole number"), ("a valid string", "text in quotation marks"),
+           (" after validation", ""))
+"""Words of pydantic, and those of a scene file."""
 
 
 def explain(fault: dict) -> str:
@@ -20,7 +31,8 @@ def explain(fault: dict) -> str:
         if said is not None:
             return f"{key} {said}. Known: {', '.join(known)}."
         near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        odd = [f" (here {quoted(letter)} is U+{ord(letter):04X})" for letter in word if not letter.isascii()]
+        hint = f"did you mean {near[0]!r}{''.join(odd[:1])}? " if near else ""
         return f"{key} is not a known key; {hint}Known: {', '.join(known)}."
     if fault["type"] == "missing":
         return f"{key} is missing; it must be given. See docs/tutorial.md for a whole scene."
@@ -28,6 +40,8 @@ def explain(fault: dict) -> str:
     if fault["type"] == "value_error" and where[-1:] != ["normal"]:
         return f"{key or 'the scene'}: {said}."
     hint = ""
+    if fault["type"] == "list_type" and isinstance(fault["input"], dict):
+        return f"{key} is one table; must be a list of them. Write [[{key}]] in place of [{key}]."
     if where[-1:] == ["reflectance"] and isinstance(fault["input"], (int, float)):
         hint = " Divide percentages by 100."
     if where[-1:] == ["srgb"]:
@@ -37,9 +51,12 @@ def explain(fault: dict) -> str:
 
 
 def _allowed(said: str) -> str:
+    """What pydantic says is allowed, in the words of TOML."""
+    for words, ours in IN_TOML:
+        said = re.sub(words, ours, said)
     for start in ("Input should", "String should", "List should", "Tuple should"):
         if said.startswith(start):
-            return "must" + said[len(start):]
+            return "must" + LONG_NUMBER.sub(lambda number: f"{float(number[0]):g}", said[len(start):])
     return said
 
 

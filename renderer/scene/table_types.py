@@ -2,15 +2,17 @@
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from renderer.scene.model_files.read import MAX_COORDINATE_M
 
-Number = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
+Number = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M),
+                   AfterValidator(lambda x: x + 0.0)]  # −0 becomes 0
 Positive = Annotated[float, Field(strict=True, ge=1 / MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
 Amount = Annotated[float, Field(strict=True, ge=0, le=1e30)]
 Fraction = Annotated[float, Field(strict=True, ge=0, le=1)]
 Count = Annotated[int, Field(strict=True, ge=1, le=50)]
+FileName = Annotated[str, Field(min_length=1)]
 Vector = tuple[Number, Number, Number]
 
 

@@ -1,7 +1,9 @@
 """Files that a user names: opened only where they are what they should be, and remembered."""
 
+import codecs
 import hashlib
 import os
+import re
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +13,7 @@ from pathlib import Path
 from stat import S_ISDIR, S_ISREG
 
 from renderer.errors import InputError
+from renderer.system.text import quoted
 
 MAX_BYTES = {"scene": 4_000_000, "study": 4_000_000, "spectral": 16_000_000, "photometric": 16_000_000,
              "model": 500_000_000}
@@ -19,6 +22,10 @@ MAX_DEPTH = 20
 """Tables and lists within each other in a TOML file; a scene has 4."""
 MAX_INTEGER = 2**63 - 1
 """Of a TOML file (TOML 1.0, Integer)."""
+TABLE_NAME = re.compile(r"\('[^()]*\)")
+"""A table's name as tomllib says it, a tuple."""
+DECIMAL_COMMA = re.compile(r"=\s*-?\d+,\d+\s*(#.*)?$")
+"""A line that gives a key a number with a decimal comma."""
 
 
 @dataclass(frozen=True)
@@ -95,12 +102,15 @@ def is_regular_file(path: Path) -> bool:
 
 def parse_toml(data: bytes, where: str) -> dict:
     """A TOML file as a table; a byte-order mark is allowed. Raises InputError for what is not TOML."""
+    text = ""
     try:
-        table = tomllib.loads(data.decode("utf-8-sig").replace("\r\n", "\n"))
+        text = data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+        table = tomllib.loads(text)
     except UnicodeDecodeError:
-        raise InputError(f"{where}: is not UTF-8 text; a TOML file is. Save it as UTF-8.") from None
+        raise InputError(f"{where}: is not UTF-8 text{_other_encoding(data)}; a TOML file is. Save it as "
+                         "UTF-8.") from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{where}: is not valid TOML: {' '.join(str(error).split())}.") from None
+        raise InputError(f"{where}: is not valid TOML: {_toml_fault(str(error), text)}.") from None
     except RecursionError:
         raise InputError(f"{where}: has lists or tables within each other, more than {MAX_DEPTH} deep; a "
                          "scene needs 4. Remove them.") from None
@@ -109,6 +119,29 @@ def parse_toml(data: bytes, where: str) -> dict:
                          f"{MAX_INTEGER:.3g}. Correct it.") from None
     refuse_excess(table, where)
     return table
+
+
+def _other_encoding(data: bytes) -> str:
+    """The encoding that the first bytes of a file tell, as " but UTF-16"; "" where they tell none."""
+    return " but UTF-16" if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else ""
+
+
+def _toml_fault(said: str, text: str) -> str:
+    """What tomllib says is wrong, with its line; and what a lighting engineer may have meant there."""
+    said = TABLE_NAME.sub(lambda name: "[" + ".".join(re.findall(r"'(.*?)'", name[0])) + "]",
+                          " ".join(said.split()))
+    place = re.search(r"at line (\d+), column (\d+)", said)
+    if not place:
+        return said
+    lines, row, column = text.split("\n"), int(place[1]) - 1, int(place[2]) - 1
+    line = lines[row] if row < len(lines) else ""
+    letter = line[column:column + 1]
+    if not letter.isascii():
+        return (f"{said}; {quoted(letter)} (U+{ord(letter):04X}) is there, and outside quotation marks only "
+                "ASCII may be")
+    if DECIMAL_COMMA.search(line):
+        return f"{said}; write decimals with a point"
+    return said
 
 
 def refuse_excess(table: dict, where: str) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import unicodedata
+from datetime import date, time
 
 LONGEST_SHOWN = 200
 """Letters of one value that a message quotes."""
@@ -21,9 +22,10 @@ def visible(text: str) -> str:
 
 
 def quoted(value: object) -> str:
-    """A value as a message shows it: its repr, with the middle left out where it is long."""
+    """A value as a message shows it: its repr, with the middle left out where it is long; dates as TOML has
+    them."""
     try:
-        text = repr(value)
+        text = value.isoformat() if isinstance(value, (date, time)) else repr(value)
     except (ValueError, RecursionError):  # an integer of thousands of digits; a list in a thousand lists
         return f"too large to show ({type(value).__name__})"
     if len(text) <= LONGEST_SHOWN:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from renderer.transport.factors.exchange import Exchange, SplitSymmetric
 from renderer.transport.mesh.gathering import Gathered
@@ -18,6 +19,12 @@ LONGER = 1.25
 CELLS = (2.0, 4.0, 8.0, 32.0)
 """Sides of the cells whose patches are a group, in those of the patches; the first that make groups
 longer."""
+
+NO_LIGHT = 1e-9
+"""Factor times area, over the largest patch's area, that is rounding and no exchange."""
+
+ROWS_AT_ONCE = 512
+"""Rows of a dense operator that are looked through at once."""
 
 
 @dataclass(frozen=True)
@@ -51,15 +58,16 @@ def membership(of: np.ndarray) -> sparse.csr_array:
 
 def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
     """Groups of neighbouring patches of one surface that face about alike, two by two where they are even."""
+    apart = _chambers(exchange)
     size = _size(exchange.areas if mesh.group is None else np.bincount(mesh.group, exchange.areas))
     for cells in CELLS:
-        of = _groups(mesh, cells)
+        of = np.unique(np.column_stack([apart, _groups(mesh, cells)]), axis=0, return_inverse=True)[1].ravel()
         areas = np.bincount(of, exchange.areas)
         longer = _size(areas) / size if size else 1.0
         if longer >= LONGER:
             break
     else:
-        of = np.unique(mesh.surface, return_inverse=True)[1].ravel()
+        of = np.unique(np.column_stack([apart, mesh.surface]), axis=0, return_inverse=True)[1].ravel()
         areas = np.bincount(of, exchange.areas)
         longer = max(LONGER, _size(areas) / size if size else 1.0)
     member = membership(of)
@@ -74,6 +82,29 @@ def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
     surface = np.zeros(len(areas), dtype=int)
     surface[of] = mesh.surface
     return Groups(of, float(longer), Exchange(areas, matrix, 0.0, 0.0, (0, 0), 0.0, 0), surface)
+
+
+def _chambers(exchange: Exchange) -> np.ndarray:
+    """Number of the chamber (n_patches,) that each patch is in: between chambers no light goes, however often
+    it is reflected, so that no group may reach from one into another."""
+    whole, floor = exchange.matrix, NO_LIGHT * exchange.areas.max(initial=0.0)
+    if isinstance(whole, Gathered):
+        return np.zeros(len(exchange.areas), dtype=int)
+    if isinstance(whole, SplitSymmetric):
+        given = whole.given.tocsr()
+        seen = sparse.csr_array((given.data > floor, given.indices, given.indptr), shape=given.shape)
+        seen.eliminate_zeros()
+        return connected_components(seen, directed=False)[1]
+    chamber = np.where(exchange.areas > 0, -1, 0)  # what is covered is of no account
+    for first in np.flatnonzero(chamber < 0):
+        new = np.array([first]) if chamber[first] < 0 else []
+        while len(new):
+            chamber[new] = first
+            met = np.zeros(len(whole), dtype=bool)
+            for rows in np.array_split(new, -(-len(new) // ROWS_AT_ONCE)):
+                met |= (whole[rows] > floor).any(axis=0)
+            new = np.flatnonzero(met & (chamber < 0))
+    return chamber
 
 
 def _size(areas: np.ndarray) -> float:
