@@ -110,7 +110,7 @@ def test_more_nodes_tell_nothing_new_of_light_to_and_fro(monkeypatch):
     assert few == pytest.approx(many, rel=1e-5)
 
 
-@settings(max_examples=4, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=2, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(kind=st.sampled_from(list(KINDS)), seed=st.integers(0, 10_000))
 def test_no_exact_room_is_read_far_outside_its_bar(tmp_path_factory, kind, seed):
     got = read(seed, kind, 0.05, tmp_path_factory.mktemp("exact"))

@@ -7,7 +7,6 @@ import pytest
 
 import renderer
 from renderer.readings.glare import rate
-from renderer.readings.photometer import make_meter
 from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import packaged_scenes
 from renderer.solving.transport_store import TransportStore
@@ -32,11 +31,11 @@ def solved():
     return of
 
 
-def read(solution, position, normal):
-    """Direct and indirect illuminance [lx], without the meshes that error bars need."""
-    sent = solution.read_lx(make_meter(solution.transport, np.array(position, float),
-                                       np.array(normal, float), "meter"))
-    return sent[0], sent[1:].sum()
+def read(solution, *spots):
+    """Direct and indirect illuminance (n, 2) [lx] of (position, normal), read together."""
+    readings = solution.read_at([(tuple(position), np.array(normal, float), "meter")
+                                 for position, normal in spots])
+    return np.array([(reading.direct_lx, reading.indirect_lx) for reading in readings])
 
 
 @pytest.mark.parametrize(
@@ -51,7 +50,7 @@ def read(solution, position, normal):
 def test_areas_have_the_light_that_is_asked_for(solved, name, area, mean, uniformity):
     solution = solved(name)
     grid = replace(solution.scene.grids[area], counts=POINTS)
-    lux = [sum(read(solution, point, grid.normal)) for point in grid.points]
+    lux = read(solution, *((point, grid.normal) for point in grid.points)).sum(axis=1)
     assert mean <= np.mean(lux) <= ABOVE * mean
     assert min(lux) >= uniformity * np.mean(lux)
 
@@ -61,7 +60,7 @@ def test_no_observer_is_dazzled(solved, name, limit):
     solution = solved(name)
     for o in solution.scene.observers:
         eye, toward = np.array(o.position, float), np.array(o.toward, float)
-        indirect = Figure(o.name, read(solution, eye, toward)[1], 0.0, 0.0)
+        indirect = Figure(o.name, read(solution, (eye, toward))[0, 1], 0.0, 0.0)
         rating = rate(solution.transport, solution.flux @ solution.bands.luminous, o.name, eye, toward,
                       indirect, o.name).rating
         assert rating is None or rating < limit
@@ -78,5 +77,6 @@ def test_rgb_makes_what_a_red_wall_reflects_too_bright(solved):
     """The mean of ρ² is more for a saturated red in three bands than in 31 (docs/colour.md)."""
     places = {p.name: p for p in solved("gallery").scene.photometers}
     meter = places["at the eye, facing the red wall"]
-    rgb, full = (read(solved("gallery", bands), meter.position, meter.normal)[1] for bands in ("rgb", "31"))
+    rgb, full = (read(solved("gallery", bands), (meter.position, meter.normal))[0, 1]
+                 for bands in ("rgb", "31"))
     assert rgb > 1.03 * full

@@ -125,12 +125,12 @@ def test_memory_is_what_a_run_then_takes(tmp_path):
     # The largest memory that a process of its own ever had; the contract allows a factor of two.
     code = ("from pathlib import Path\nfrom renderer.scene.reading import load\n"
             "from renderer.solving.refine import solve_and_read\n"
-            "solve_and_read(load('furnished_room'), accuracy=0.01)\n"
+            "solve_and_read(load('furnished_room'), accuracy=0.02)\n"
             "print(Path('/proc/self/status').read_text().split('VmHWM:')[1].split()[0])")
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True,
                           check=True)
     taken = 1024 * int(done.stdout)
-    assert taken / 2 <= forecast(load("furnished_room"), "31", 0.01).memory <= 2 * taken
+    assert taken / 2 <= forecast(load("furnished_room"), "31", 0.02).memory <= 2 * taken
 
 
 def test_what_is_left_out_is_said(room):

@@ -87,7 +87,7 @@ def test_what_is_out_of_the_field_of_view_does_not_count(room, eye, toward):
 
 
 def test_a_partition_hides_a_luminaire(room):
-    wall = {"shape": "box", "position": [0, 2, 0], "size": [4, 0.1, 2.9]}
+    wall = {"shape": "box", "position": [0, 2, 0], "size": [4, 0.1, 3.0]}
     solution = renderer.solve(room(0.5, luminaires=[SMALL], objects=[wall]), accuracy=0.1)
     assert "in sight" in rate_glare(solution, EYE, AHEAD).reason
     low = {**wall, "size": [4, 0.1, 1.0]}

@@ -50,7 +50,7 @@ def test_a_line_has_the_efficacy_of_its_own_wavelength(nm, efficacy, tmp_path):
     assert record["luminous_efficacy_range_nm"] == [395, 705]
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     nm=st.lists(st.floats(396, 704), min_size=1, max_size=5, unique_by=lambda x: round(x / 2)),
     half=st.floats(0.01, 4.5),

@@ -351,9 +351,8 @@ def test_a_distant_box_changes_nothing_in_a_long_room(room):
     assert readings[1].direct_lx == pytest.approx(readings[0].direct_lx, rel=1e-9)
 
 
-@pytest.mark.parametrize("rho", [0.5, 0.999])
-def test_a_large_mesh_in_single_precision_conserves_energy(room, rho):
-    solution = renderer.solve(room(rho, objects=[BOX], solver={"patch_size": 0.065}), bands="rgb")
+def test_a_large_mesh_in_single_precision_conserves_energy(room):
+    solution = renderer.solve(room(0.999, objects=[BOX], solver={"patch_size": 0.065}), bands="rgb")
     assert solution.transport.exchange.single
     # The residual, in double precision, is below 5e-7 of the right side; steps in single precision alone
     # would leave some 6e-8/(1 − ρ) = 6e-5.

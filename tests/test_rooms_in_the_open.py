@@ -43,7 +43,7 @@ def room(tmp_path):
     return make
 
 
-def read(scene, accuracy=0.03):
+def read(scene, accuracy=0.05):
     solution = renderer.solve(scene, bands="rgb", accuracy=accuracy)
     assert solution.energy_balance_error < 1e-6
     return solution.photometers()[0], solution

@@ -54,7 +54,7 @@ def facing(mesh, ray_scene):
     return before & before.T & live & live[:, None]
 
 
-@pytest.mark.parametrize("seed", range(1, 13, 2))
+@pytest.mark.parametrize("seed", range(1, 13, 4))
 def test_nothing_stands_between_patches_in_plain_sight(tmp_path, seed):
     # Rooms with boxes, cylinders, tables and pendants at random places and angles.
     scene = random_scene(seed, tmp_path, crowded=True)
@@ -131,7 +131,7 @@ def test_the_operator_is_closed_reciprocal_positive_and_what_rays_say(room, obje
     np.testing.assert_allclose(ours / areas[:, None], theirs / areas[:, None], atol=5e-3)
 
 
-@pytest.mark.parametrize("seed", range(1, 13, 2))
+@pytest.mark.parametrize("seed", range(1, 13, 4))
 def test_nothing_stands_between_a_meter_and_what_it_sees_whole(tmp_path, seed):
     scene = random_scene(seed, tmp_path, crowded=True)
     mesh = mesh_of(scene, 0.12 * scene.room.scale)
@@ -157,7 +157,7 @@ def test_nothing_stands_between_a_meter_and_what_it_sees_whole(tmp_path, seed):
     assert checked > 100
 
 
-@pytest.mark.parametrize("seed", range(1, 13, 2))
+@pytest.mark.parametrize("seed", range(1, 13, 4))
 def test_nothing_stands_between_a_lamp_and_what_it_is_said_to_light_whole(tmp_path, seed):
     scene = random_scene(seed, tmp_path, crowded=True)
     mesh = mesh_of(scene, 0.12 * scene.room.scale)

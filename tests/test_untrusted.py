@@ -212,8 +212,8 @@ def test_the_page_of_a_report_carries_no_secret(folder, here):
         assert "id_rsa.csv" in page
 
 
-def shell(folder, line: str, **environment):
-    command = f"{sys.executable} -m renderer photometer base.toml --accuracy 20% --quiet {line}"
+def shell(folder, line: str, arguments="photometer base.toml --accuracy 20% --quiet", **environment):
+    command = f"{sys.executable} -m renderer {arguments} {line}"
     return subprocess.run(["bash", "-c", command], cwd=folder, capture_output=True, text=True, timeout=100,
                           env={**os.environ, **environment})
 
@@ -223,8 +223,8 @@ def test_closed_and_full_streams(folder):
     done = shell(folder, "2>&-")
     assert done.returncode == 0
     assert "p" in done.stdout
-    assert shell(folder, ">&- 2>&- <&-").returncode == 1
-    refused(shell(folder, "> /dev/full"), "No space left", code=1)
+    assert shell(folder, ">&- 2>&- <&-", "keys").returncode == 1
+    refused(shell(folder, "> /dev/full", "keys"), "No space left", code=1)
     assert shell(folder, "--bands 32 2> /dev/full").returncode == 2
 
 

@@ -80,7 +80,7 @@ def test_the_window_s_light_is_the_photometer_s(room):
     assert np.isnan(illuminance[lamp]).all()
     np.testing.assert_allclose(xyz[lamp, 1], 1000.0, rtol=1e-9)
     places = hull.points * mesh.scale + mesh.middle
-    for k in np.random.default_rng(4).choice(np.flatnonzero(~lamp), 25, replace=False):
+    for k in np.random.default_rng(4).choice(np.flatnonzero(~lamp), 8, replace=False):
         # A corner is lit INSET of its patch inside it; so far from an edge, the meter touches one surface.
         patch = hull.patch[k]
         place = places[k] + INSET * (mesh.centroid[patch] - places[k])
