@@ -78,13 +78,13 @@ def to_surfaces(mesh, exchange) -> np.ndarray:
 def factors() -> None:
     """Form factors of some 1,500 patches, empty and with an occluder."""
     empty = mesh_of(BOX, 0.238)
-    seconds, (exchange, _) = timed(lambda: contour_exchange(empty))
+    seconds, exchange = timed(lambda: contour_exchange(empty))
     print(f"form factors, empty box, {len(empty.patches)} patches: {seconds:.2f} s, closure before balancing "
           f"{exchange.closure_error:.0e}")
     crate = mesh_of(BOX + CRATE, 0.247)
 
     def by_pairs(rays: int):
-        return contour_exchange(crate, probe_pairs(crate, RayScene(crate), rays, (0,)))[0]
+        return contour_exchange(crate, probe_pairs(crate, RayScene(crate), rays, (0,)))
 
     def by_hemispheres(rays: int, seed: int = 0):
         return count(crate, cast(crate, RayScene(crate), rays, (seed,)))

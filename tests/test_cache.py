@@ -16,6 +16,7 @@ from renderer.solving.transport_store import TransportStore
 from renderer.system import cache
 from renderer.system.cache import Cache
 from renderer.transport import transport
+from renderer.transport.factors import method
 
 CRATE = {"shape": "box", "name": "crate", "position": [0.5, 0.5, 0.0], "size": [1.0, 1.0, 1.0]}
 METER = {"name": "floor", "position": [2.5, 2.0, 0.0]}
@@ -117,8 +118,9 @@ def test_a_kept_room_gives_the_same_numbers_and_casts_no_ray(room, tmp_path, mon
         room(objects=objects, photometers=[METER]), accuracy=0.05, store=TransportStore(Cache(tmp_path))
     )
     read = first.photometers()[0]
-    for work in ("cast", "count", "contour_exchange", "direct_on_patches", "look_round"):
-        monkeypatch.setattr(transport, work, lambda *args: never())
+    for module, work in ((transport, "cast"), (method, "count"), (method, "contour_exchange"),
+                         (transport, "direct_on_patches"), (transport, "look_round")):
+        monkeypatch.setattr(module, work, lambda *args: never())
     # Another material, lamp power and meter: the geometry is the same.
     solve(room(rho=0.8, objects=objects), accuracy=0.05, store=TransportStore(Cache(tmp_path)))
     again = solve(

@@ -147,7 +147,8 @@ def test_pieces_seen_in_part_say_what_smaller_ones_do(room, monkeypatch):
                 monkeypatch.setattr(photometer, name, photometer.LARGEST / 25)
             solution.transport.meters.clear()  # the one that is kept is of the larger pieces
         meter = make_meter(solution.transport, np.array([2.0, 2.0, 0.0]), np.array([0.0, 0.0, 1.0]), "meter")
-        read.append([solution.read_lx(meter, part).sum() for part in range(solution.transport.parts)])
+        replicas = range(solution.transport.replicas)
+        read.append([solution.read_lx(meter, replica).sum() for replica in replicas])
     off, fine = np.array(read)
     error = np.sqrt((off.var(ddof=1) + fine.var(ddof=1)) / len(off))
     assert 4 * error < 1e-3 * fine.mean()  # Student's t, 7 degrees: 99.5 %

@@ -139,12 +139,12 @@ def test_bars_of_penumbras_hold(room):
     assert np.median(half[pixel] / error) < 12
 
 
-def test_bars_stand_where_only_the_other_mesh_has_samples(room):
+def test_bars_stand_where_only_the_other_mesh_has_replicas(room):
     crate = {"shape": "box", "position": [1.6, 2.2, 0.0], "size": [0.8, 0.8, 0.8]}
     solution = renderer.solve(room(0.5, objects=[crate]), bands="rgb", accuracy=0.1)
     own = patch_bars(solution)[1]
     mesh_sequence = solution.mesh_sequence
-    solution.__dict__["family"] = replace(mesh_sequence, samples=mesh_sequence.meshes[1].by_parts())
+    solution.__dict__["mesh_sequence"] = replace(mesh_sequence, replicas=mesh_sequence.meshes[1].by_replica())
     theirs = patch_bars(solution)[1]
     assert np.isfinite(theirs).all()
     # As many rays a patch on patches twice as long: spread of the same order, not the same numbers.

@@ -14,10 +14,11 @@ from renderer.transport.direct.direct import may_be_shadowed
 from renderer.transport.factors import pair_rays
 from renderer.transport.factors.exchange import balance
 from renderer.transport.factors.hemisphere_rays import cast, count, probed
-from renderer.transport.factors.pair_rays import contour_exchange, probe_pairs
+from renderer.transport.factors.method import HemisphereRays, PairRays
+from renderer.transport.factors.pair_rays import change_of_half_samples, contour_exchange, probe_pairs
 from renderer.transport.factors.shafts import clusters, doubtful_pairs, may_be_hidden
 from renderer.transport.mesh.build import build_mesh
-from renderer.transport.radiosity.replicas import departures, half_samples, independent
+from renderer.transport.radiosity.replicas import departures
 from renderer.transport.radiosity.solve import radiosity
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import REPLICAS
@@ -115,14 +116,14 @@ def test_clusters_are_whole_and_small(room):
 def test_the_operator_is_closed_reciprocal_positive_and_what_rays_say(room, objects):
     mesh = mesh_of(room(objects=objects, luminaires=()), 0.4)
     ray_scene = RayScene(mesh)
-    exchange, whole = contour_exchange(mesh, probe_pairs(mesh, ray_scene, 1024, (0,)))
+    exchange = contour_exchange(mesh, probe_pairs(mesh, ray_scene, 1024, (0,)))
     counted = count(mesh, cast(mesh, ray_scene, 8192, (1,)))
     matrix = exchange.matrix
     assert (matrix >= 0).all()
     np.testing.assert_allclose(matrix, matrix.T, rtol=0, atol=1e-15)
     np.testing.assert_allclose(matrix.sum(axis=1), exchange.areas, rtol=1e-11, atol=1e-15)
     np.testing.assert_allclose(exchange.areas, counted.areas, rtol=1e-12)
-    assert len(whole) > 1000
+    assert len(exchange.unobstructed) > 1000
     member = np.eye(mesh.surface.max() + 1)[mesh.surface]
     ours, theirs = (member.T @ dense(e) @ member for e in (exchange, counted))
     # Between surfaces: 8192 rays from each of some 100 patches and more leave 1e-3 of it, middles of patches
@@ -195,11 +196,11 @@ def test_half_samples_depart_by_what_the_whole_errs_by(room):
 
     draws = 24
     sights = [probe_pairs(mesh, ray_scene, 128, (k,)) for k in range(draws)]
-    exchanges, whole = zip(*(contour_exchange(mesh, sight) for sight in sights), strict=True)
+    exchanges = [contour_exchange(mesh, sight) for sight in sights]
     truth = np.var([between(exchange) for exchange in exchanges], axis=0, ddof=1)
-    halves = [[between(exchanges[k], more) for more in departures(
-        exchanges[k], partial(half_samples, sights[k], whole[k], REPLICAS), member)]
-        for k in range(0, draws, 4)]
+    halves = [[between(exchange, more) for more in departures(
+        exchange, partial(change_of_half_samples, sight, exchange.unobstructed, REPLICAS), member)]
+        for exchange, sight in zip(exchanges[::4], sights[::4], strict=True)]
     said = np.var(halves, axis=1, ddof=1).mean(axis=0)
     kept = truth > 1e-3 * truth.max()
     # Both are variances of normal numbers: their ratio, in the mean over some 30 pairs of surfaces that
@@ -209,24 +210,22 @@ def test_half_samples_depart_by_what_the_whole_errs_by(room):
 
 
 @pytest.mark.parametrize("across", [True, False])
-def test_parts_are_what_solving_with_each_says(room, monkeypatch, across):
+def test_replicas_are_what_solving_with_each_says(room, monkeypatch, across):
     monkeypatch.setattr(pair_rays, "MAX_PATCHES_FOR_PAIR_RAYS", 4000 if across else 0)
     solution = renderer.solve(room(0.5, objects=[CRATE, TURNED]), bands="rgb", accuracy=0.1)
     transport, rho = solution.transport, solution.reflectance[solution.transport.mesh.surface]
     exchange, stretch = transport.exchange, transport.stretch
     one = np.eye(len(rho))
-    if across:
-        more = half_samples(transport.pair_visibility, transport._operator["whole"], REPLICAS, one)
-    else:
-        more = independent(transport.mesh, exchange, transport.hits, REPLICAS, one)
-    for part, solved in zip(more, solution.by_parts(), strict=True):
-        assert np.abs(part - part.T).max() < 1e-12 * exchange.areas.max()
-        balanced, _ = balance(dense(exchange) + part, exchange.areas)
-        k = solved.sample
-        direct = transport.direct + (transport.direct_parts[k] - transport.direct) / stretch
+    assert isinstance(transport.method, PairRays if across else HemisphereRays)
+    more = transport.method.change(transport.mesh, exchange, lambda: transport.hits, one)
+    for change, solved in zip(more, solution.by_replica(), strict=True):
+        assert np.abs(change - change.T).max() < 1e-12 * exchange.areas.max()
+        balanced, _ = balance(dense(exchange) + change, exchange.areas)
+        k = solved.replica
+        direct = transport.direct + (transport.direct_replicas[k] - transport.direct) / stretch
         sent, _ = radiosity(replace(exchange, matrix=balanced), rho, direct @ solution.flux)
         exact = sent - solution.radiosity
-        # What is left out is of second order: smaller again by as much as the part's rows differ from the
+        # What is left out is of second order: smaller again by as much as the replica's rows differ from the
         # whole's, times ρ/(1 − ρ) at most, which is 1 at a reflectance of 0.5.
         found = (solved.radiosity - solution.radiosity) / stretch
         live = exchange.areas > 0
@@ -241,7 +240,7 @@ def test_a_room_too_full_or_too_fine_is_left_to_hemispheres(room, monkeypatch):
     assert probe_pairs(mesh, RayScene(mesh), 1024, (0,)) is not None
     monkeypatch.setattr(pair_rays, "MAX_PATCHES_FOR_PAIR_RAYS", len(mesh.patches) - 1)
     assert probe_pairs(mesh, RayScene(mesh), 1024, (0,)) is None
-    assert compute_transport(scene, 0.5, 1024, 0).pair_visibility is None
+    assert isinstance(compute_transport(scene, 0.5, 1024, 0).method, HemisphereRays)
 
 
 def test_a_room_with_nothing_open_has_no_pairs(room):
@@ -257,8 +256,8 @@ def test_both_ways_read_alike(monkeypatch):
     read = pairs.photometers()
     monkeypatch.setattr(pair_rays, "MAX_PATCHES_FOR_PAIR_RAYS", 0)
     hemispheres = renderer.solve(scene, bands="rgb", accuracy=0.02)
-    assert pairs.transport.pair_visibility is not None
-    assert hemispheres.transport.pair_visibility is None
+    assert isinstance(pairs.transport.method, PairRays)
+    assert isinstance(hemispheres.transport.method, HemisphereRays)
     for ours, theirs in zip(read, hemispheres.photometers(), strict=True):
         assert abs(ours.total_lx - theirs.total_lx) <= ours.uncertainty + theirs.uncertainty
 
@@ -270,8 +269,8 @@ def test_a_mesh_is_held_against_one_of_its_own_kind(room, monkeypatch, most, acr
     solution = renderer.solve(room(objects=[CRATE]), bands="rgb", accuracy=0.05)
     other = solution.mesh_sequence.meshes[1].transport
     assert len(other.mesh.patches) <= 200 < len(solution.transport.mesh.patches)
-    assert (solution.transport.pair_visibility is not None) is across
-    assert (other.pair_visibility is not None) is across
+    for transport in (solution.transport, other):
+        assert isinstance(transport.method, PairRays if across else HemisphereRays)
 
 
 @pytest.mark.parametrize("low", [-0.4, 0.0])

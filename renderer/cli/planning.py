@@ -41,6 +41,7 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
     all_of = "finer solves included, " if said.finer else ""
     rows = [["patches", f"{said.patches}", f"{said.other_patches} and fewer on others tell the error"],
             ["rays", rays, "of patches, lamps and meters"],
+            ["form factors", said.method, "the method, as in a run's record"],
             ["bands solved", f"{said.bands_solved} of {said.bands}", "with one operator"],
             ["time", f"{said.seconds:.2g} s", f"{all_of}on this machine, as busy as it is now; less if kept"],
             ["memory", f"{said.memory / 1e9:.2g} GB", f"{all_of}at most"],

@@ -30,10 +30,10 @@ TRIANGLE = np.array([[1, 1], [4, 1], [1, 4], [2, 2]]) / 6, np.array([1, 1, 1, 0]
 class Seen:
     """What a meter sees of elements (k).
 
-    share : (parts, k) that it sees, in independent samples
+    share : (replicas, k) that it sees, in replicas
     middle : (k, 2) of what it sees, as s and t
     row : (k,) of those below; -1 of elements that are seen whole
-    places, past : (n, parts, rays, 2) as s and t, and what comes from each to the meter, but for a factor
+    places, past : (n, replicas, rays, 2) as s and t, and what comes from each to the meter, but for a factor
     """
 
     share: np.ndarray
@@ -47,20 +47,20 @@ class Seen:
         return Seen(self.share[:, which], self.middle[which], self.row[which], self.places, self.past)
 
 
-def all_seen(mesh: Mesh, patch: np.ndarray, corners: np.ndarray, parts: int) -> Seen:
+def all_seen(mesh: Mesh, patch: np.ndarray, corners: np.ndarray, replicas: int) -> Seen:
     """Of elements (k, 4, 2) of patches (k,) between which and the meter nothing stands."""
     triangular = mesh.triangular[patch][:, None]
     middle = np.where(triangular, corners[:, :3].mean(axis=1), corners.mean(axis=1))
-    none = np.zeros((0, parts, 1, 2))
-    return Seen(np.ones((parts, len(patch))), middle, np.full(len(patch), -1), none, none[..., 0])
+    none = np.zeros((0, replicas, 1, 2))
+    return Seen(np.ones((replicas, len(patch))), middle, np.full(len(patch), -1), none, none[..., 0])
 
 
 def seen_past(seen: Seen, doubtful: np.ndarray, places: np.ndarray, worth: np.ndarray,
               clear: np.ndarray) -> Seen:
     """The same where rays went to some elements.
 
-    doubtful : (n,) of the elements; places : (n, parts, rays, 2); worth : (n, parts, rays) what would come
-    from each; clear : whether it does
+    doubtful : (n,) of the elements; places : (n, replicas, rays, 2) as s and t
+    worth : (n, replicas, rays) what each would send with nothing between; clear : whether nothing is
     """
     past, share, middle, row = worth * clear, seen.share.copy(), seen.middle.copy(), seen.row.copy()
     total = worth.sum(axis=2)
@@ -74,10 +74,10 @@ def seen_past(seen: Seen, doubtful: np.ndarray, places: np.ndarray, worth: np.nd
 
 def element_light(transport: Transport, position: np.ndarray, normal: np.ndarray, patch: np.ndarray,
                   corners: np.ndarray, seen: Seen, rays: int) -> np.ndarray:
-    """Mean illuminance per lumen of what a meter sees of elements (parts, k, n_luminaires) [m⁻²].
+    """Mean illuminance per lumen of what a meter sees of elements (replicas, k, n_luminaires) [m⁻²].
 
     position, normal : (3,) of the meter; patch, corners : (k,) and (k, 4, 2), as s and t; rays : from each to
-    every luminaire in each part
+    every luminaire in each replica
     """
     mesh, facing = transport.mesh, transport.mesh.normal[patch]
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
@@ -117,20 +117,20 @@ def _mean(at: np.ndarray, normals: np.ndarray, weight: np.ndarray, lum: Luminair
 
 
 def _places(transport: Transport, patch: np.ndarray, corners: np.ndarray, seen: Seen) -> np.ndarray:
-    """Where shadow rays start (k, parts, 2), as s and t: all over what is seen whole, and of the rest where a
+    """Where shadow rays start (k, replicas, 2), as s and t: all over an element seen whole; on others where a
     ray from the meter came, one drawn by what it brings."""
-    parts, mesh = len(seen.share), transport.mesh
-    square = Nets(parts, 2, (transport.seed, Stream.PLACES_ON_ELEMENTS, 0)).draw(0, len(patch))
+    replicas, mesh = len(seen.share), transport.mesh
+    square = Nets(replicas, 2, (transport.seed, Stream.PLACES_ON_ELEMENTS, 0)).draw(0, len(patch))
     places = np.stack(mesh.within(patch, corners, square), axis=-1)
     partly = np.flatnonzero(seen.row >= 0)
     past = seen.past[seen.row[partly]]
-    lot = np.random.default_rng((transport.seed, Stream.PLACES_SEEN)).random((len(partly), parts, 1))
+    lot = np.random.default_rng((transport.seed, Stream.PLACES_SEEN)).random((len(partly), replicas, 1))
     past = np.where(past.any(axis=2, keepdims=True), past, past.mean(axis=1, keepdims=True))
     upto = past.cumsum(axis=2)
     drawn = (upto <= lot * upto[..., -1:]).sum(axis=2).clip(max=past.shape[2] - 1)
     st = seen.places[seen.row[partly]]
     own = np.take_along_axis(st, drawn[..., None, None], axis=2)[:, :, 0]
-    # A part that sees nothing of it counts nothing: any place will do.
+    # A replica that sees nothing of it counts nothing: any place will do.
     places[partly] = own
     return places
 

@@ -94,8 +94,8 @@ def gather(transport: Transport, spots: list[Spot], paths: int, round_: int = 0,
     weights, last = np.zeros((steps, *shape), dtype=np.float32), np.full(shape, -1, dtype=np.int32)
 
     def work(start: int, stop: int) -> None:
-        part = slice(start, stop)
-        surfaces[:, part], lamps[:, part], weights[:, part], last[part] = path.follow(spots, start, stop)
+        some = slice(start, stop)
+        surfaces[:, some], lamps[:, some], weights[:, some], last[some] = path.follow(spots, start, stop)
 
     in_threads(work, n, max(1, RAYS_PER_SLICE // shape[1]))
     rays = int(np.clip(paths // PATHS_PER_SHADOW_RAY, *SHADOW_RAYS))
@@ -151,7 +151,7 @@ def straight(transport: Transport, spots: list[Spot], rays: int, round_: int) ->
                                 for name in ("position", "normal", "origin"))
     return direct_at(position, normal, transport.luminaires, transport.ray_scene,
                      (transport.seed, Stream.DIRECT_BESIDE_PATHS, round_), rays, origins=origin,
-                     parts=REPLICAS)
+                     replicas=REPLICAS)
 
 
 def _collected(transport: Transport, surfaces, lamps, weights, last, paths: int, straight_) -> Gather:

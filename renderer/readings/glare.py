@@ -12,7 +12,7 @@ from renderer.transport.rays.sampling import REPLICAS, Nets, Stream
 from renderer.transport.transport import Transport
 
 POINTS = 64
-"""Points all over a luminaire that the eye looks at, in each of REPLICAS independent parts."""
+"""Points all over a luminaire that the eye looks at, in each of the REPLICAS repeats."""
 WIDEST, HIGHEST = 3.0, 1.9
 """Sideways and upward distance over forward distance past which luminaires are not seen (CIE 117, Table 4.1:
 farther up brow and forehead hide them)."""
@@ -90,7 +90,7 @@ def rate(transport: Transport, lumens: np.ndarray, name: str, eye: np.ndarray, d
     sums, sources, notes = [], [], []
     for index in np.flatnonzero(lumens > 0):
         lum = transport.luminaires[index]
-        luminance, solid, p = _parts(transport, lum, lumens[index], int(index), eye, direction)
+        luminance, solid, p = _seen_by_eye(transport, lum, lumens[index], int(index), eye, direction)
         if not (luminance * solid).any():
             continue
         angle = float(solid.sum()) / REPLICAS
@@ -106,15 +106,15 @@ def rate(transport: Transport, lumens: np.ndarray, name: str, eye: np.ndarray, d
     sources = [replace(source, share=float(source.share / total.mean())) for source in sources]
     rating = 8 * np.log10(0.25 * np.pi / indirect.value * total.mean())
     # dUGR = 8/ln 10 · (dE_i/E_i and dΣ/Σ).
-    parts = indirect.uncertainty / indirect.value, half_width(total) / total.mean()
-    return Glare(name, eye, direction, float(rating), float(8 / np.log(10) * np.hypot(*parts)), indirect,
+    relative = indirect.uncertainty / indirect.value, half_width(total) / total.mean()
+    return Glare(name, eye, direction, float(rating), float(8 / np.log(10) * np.hypot(*relative)), indirect,
                  sources, None, notes)
 
 
-def _parts(transport: Transport, lum: Luminaire, lumens: float, index: int, eye: np.ndarray,
+def _seen_by_eye(transport: Transport, lum: Luminaire, lumens: float, index: int, eye: np.ndarray,
            direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Luminance toward the eye [cd/m²], solid angle [sr], 0 where hidden, and position index of points all
-    over a luminaire, in independent parts (REPLICAS, POINTS)."""
+    over a luminaire, in independent replicas (REPLICAS, POINTS)."""
     nets = Nets(POINTS, 2, (transport.seed, Stream.GLARE, index), REPLICAS)
     square = nets.draw(0, 1).reshape(REPLICAS, POINTS, 2)
     points = lum.spread(square)

@@ -98,13 +98,13 @@ def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
     return read
 
 
-def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, meshes: np.ndarray, samples: np.ndarray,
+def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, meshes: np.ndarray, replicas: np.ndarray,
               steps: tuple[float, ...], quadrature: float, band_error: float,
               rare: np.ndarray | None = None) -> GridReading:
     """A grid's figures from what the lamps and each surface send to each of its points [lx].
 
     own : (k, 1 + n_surfaces) in the bands read; meshes : (m, k, 1 + n_surfaces) the same in RGB on the mesh
-    read and on others; samples : (s, k, 1 + n_surfaces); steps, quadrature : as in `half_widths`;
+    read and on others; replicas : (s, k, 1 + n_surfaces); steps, quadrature : as in `half_widths`;
     rare : (k,) likewise, none where nothing is sampled.
 
     The mean is linear in its points, so its error is that of one meter that reads the mean: errors that
@@ -115,7 +115,7 @@ def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, meshes: np.ndarray,
     """
     total = own.sum(axis=1)
     rare = np.zeros(len(own)) if rare is None else rare
-    errors = np.array([half_widths(meshes[:, k], samples[:, k], steps, quadrature, rare[k])
+    errors = np.array([half_widths(meshes[:, k], replicas[:, k], steps, quadrature, rare[k])
                        for k in range(len(own))])
     bars = np.hypot(*errors.T)
 
@@ -126,12 +126,12 @@ def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, meshes: np.ndarray,
 
     least, most = int(total.argmin()), int(total.argmax())
     mean = Figure(f"{grid.name}: mean", float(total.mean()), *half_widths(
-        meshes.mean(axis=1), samples.mean(axis=1), steps, quadrature, np.linalg.norm(rare) / len(rare)))
+        meshes.mean(axis=1), replicas.mean(axis=1), steps, quadrature, np.linalg.norm(rare) / len(rare)))
     lowest, highest = figure(f"{grid.name}: minimum", least, 1), figure(f"{grid.name}: maximum", most, -1)
     uniformity = error = None
     if mean.value > 0:
         uniformity = lowest.value / mean.value
-        apart = [x[..., least, :] - uniformity * x.mean(axis=-2) for x in (meshes, samples)]
+        apart = [x[..., least, :] - uniformity * x.mean(axis=-2) for x in (meshes, replicas)]
         error = (np.hypot(*half_widths(*apart, steps)) + lowest.uncertainty - bars[least]) / mean.value
     return GridReading(grid, read, own[:, 0], own[:, 1:].sum(axis=1), errors[:, 0], errors[:, 1], mean,
                        lowest, highest, band_error, uniformity, None if error is None else float(error))

@@ -11,11 +11,11 @@ from renderer.transport.sensors import direct_on, emitted, seen_from, sense
 from renderer.transport.transport import Transport
 
 SIGHT_RAYS, SHADOW_RAYS = 512, 16
-"""Rays over a cone or a pixel, and from what each meets to each lamp, in each of REPLICAS parts."""
+"""Rays over a cone or a pixel, and from what each meets to each lamp, in each of the REPLICAS repeats."""
 
 
 def squares(seed: int) -> np.ndarray:
-    """Points all over the unit square in independent parts (REPLICAS, SIGHT_RAYS, 2)."""
+    """Points all over the unit square in independent replicas (REPLICAS, SIGHT_RAYS, 2)."""
     nets = Nets(SIGHT_RAYS, 2, (seed, Stream.SPOT_METER), REPLICAS)
     return nets.draw(0, 1).reshape(REPLICAS, SIGHT_RAYS, 2)
 
@@ -31,13 +31,13 @@ def cone(direction: np.ndarray, angle: float, seed: int) -> np.ndarray:
 
 
 def luminance_meter(transport: Transport, position: np.ndarray, directions: np.ndarray, where: str) -> Meter:
-    """A meter at a point (3,) [m] that reads mean luminance along unit directions (parts, n, 3).
+    """A meter at a point (3,) [m] that reads mean luminance along unit directions (replicas, n, 3).
 
-    Each part is an independent sample. Raises InputError where the eye is outside the room or inside a
+    Each replica is an independent sample. Raises InputError where the eye is outside the room or inside a
     solid, or sees nothing.
     """
     refuse_outside(transport, position, where)
-    parts, n = directions.shape[:2]
+    replicas, n = directions.shape[:2]
     facing = directions.mean(axis=(0, 1))
     facing /= np.linalg.norm(facing)
     eye = off_surfaces(transport, position, facing).origin
@@ -46,14 +46,14 @@ def luminance_meter(transport: Transport, position: np.ndarray, directions: np.n
     if (seen[0] < 0).any():
         raise InputError(f"{where}: nothing is seen along {spelt(facing)} from {spelt(position)}. "
                          "Look into the room.")
-    light = direct_on(transport, *seen, 0, READING_RAYS if parts * n == 1 else SHADOW_RAYS)[0]
+    light = direct_on(transport, *seen, 0, READING_RAYS if replicas * n == 1 else SHADOW_RAYS)[0]
     weight = np.full(n, 1 / (np.pi * n))
     lamps, sensors = [], []
-    for k in range(parts):
-        part = slice(k * n, (k + 1) * n)
-        patch, s, t = (x[part] for x in seen)
+    for k in range(replicas):
+        own = slice(k * n, (k + 1) * n)
+        patch, s, t = (x[own] for x in seen)
         lamps.append(emitted(transport, 1, np.zeros(n, dtype=int), transport.mesh.surface[patch], weight,
                              -directions[k]).toarray()[0])
         sensors += sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, s, t,
-                         weight[None], light[None, part])
+                         weight[None], light[None, own])
     return Meter(np.array(lamps), tuple(sensors))

@@ -25,7 +25,7 @@ NEAR_LAMP = 0.5
 """An element's half diagonal is at most this share of its distance to any lamp that lights it."""
 MAX_DIVISIONS = 24
 READING_RAYS, MOST_RAYS, ENOUGH = 1 << 10, 1 << 14, 5e-4
-"""Shadow rays from the meter itself to each luminaire in each independent part, and in penumbrae up to so
+"""Shadow rays from the meter itself to each luminaire in each replica, and in penumbrae up to so
 many, until so small a share of what comes straight from them is uncertain."""
 ELEMENTS_PER_SLICE = 1 << 14
 """Rays from the meter to elements worked on at once: what stays in the cache."""
@@ -137,7 +137,7 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     own : the same on the mesh that is read, where this one on another mesh tells its error: light straight
         from the luminaires is the same, and fewer rays do
     """
-    own = own if own is not None and len(own.direct) == transport.parts else None
+    own = own if own is not None and len(own.direct) == transport.replicas else None
     key = (*position, *normal, own is None)
     if key in transport.meters:
         kept = transport.meters[key]
@@ -153,16 +153,16 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
 
 def _sensors(transport: Transport, spot: Spot, rays: int) -> tuple[Sensor, ...]:
     """What each surface sends to a meter, in independent samples. rays : in each to what is seen in part"""
-    parts = transport.parts
+    replicas = transport.replicas
     patch, corners, factor, whole = _elements(transport, spot)
-    seen = all_seen(transport.mesh, patch, corners, parts)
+    seen = all_seen(transport.mesh, patch, corners, replicas)
     if transport.ray_scene is not None:
         seen = _seen(transport, spot, patch, corners, seen, rays)
         some = seen.share.any(axis=0)
         patch, corners, factor, seen = patch[some], corners[some], factor[some], seen.of(some)
         whole = whole[some] & (seen.share == 1).all(axis=0)
     # A whole patch has its mean light; elements of patches have their own.
-    light = transport.direct_parts[:, patch]
+    light = transport.direct_replicas[:, patch]
     divided = np.flatnonzero(~whole)
     light[:, divided] = element_light(transport, spot.position, spot.normal, patch[divided], corners[divided],
                                       seen.of(divided), rays)
@@ -171,12 +171,12 @@ def _sensors(transport: Transport, spot: Spot, rays: int) -> tuple[Sensor, ...]:
 
 
 def _direct(transport: Transport, spot: Spot) -> np.ndarray:
-    """Illuminance per lumen, straight from each luminaire (parts, n_luminaires) [m⁻²]."""
-    parts, rays = transport.parts, READING_RAYS if transport.parts > 1 else MOST_RAYS
+    """Illuminance per lumen, straight from each luminaire (replicas, n_luminaires) [m⁻²]."""
+    replicas, rays = transport.replicas, READING_RAYS if transport.replicas > 1 else MOST_RAYS
     while True:
         direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.ray_scene,
                            (transport.seed, Stream.DIRECT_AT_METER), rays, origins=spot.origin[None],
-                           parts=parts)[:, 0]
+                           replicas=replicas)[:, 0]
         total = direct.sum(axis=1)
         if rays == MOST_RAYS or half_width(total) <= ENOUGH * total.mean():
             return direct
@@ -186,27 +186,27 @@ def _direct(transport: Transport, spot: Spot) -> np.ndarray:
 def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray, seen: Seen,
           rays: int) -> Seen:
     """What a meter sees of each element (k) past what stands between. seen : what there is to see; rays : to
-    each in each part"""
+    each in each replica"""
     mesh, ray_scene = transport.mesh, transport.ray_scene
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))
-    nets = Nets(rays, 2, (transport.seed, Stream.METER_TO_ELEMENTS), transport.parts)
-    places = np.empty((len(doubtful), transport.parts * rays, 2))
+    nets = Nets(rays, 2, (transport.seed, Stream.METER_TO_ELEMENTS), transport.replicas)
+    places = np.empty((len(doubtful), transport.replicas * rays, 2))
     worth, clear = np.empty(places.shape[:2]), np.empty(places.shape[:2], dtype=bool)
 
     def look(start: int, stop: int) -> None:
-        part = doubtful[start:stop]
-        points = mesh.within(patch[part], corners[part], nets.draw(start, stop))
-        targets = mesh.at(patch[part, None], *points)
-        lifted = ray_scene.off(targets, mesh.normal[patch[part], None])
+        some = doubtful[start:stop]
+        points = mesh.within(patch[some], corners[some], nets.draw(start, stop))
+        targets = mesh.at(patch[some, None], *points)
+        lifted = ray_scene.off(targets, mesh.normal[patch[some], None])
         clear[start:stop] = ray_scene.clear(np.broadcast_to(spot.origin, lifted.shape), lifted)
-        worth[start:stop] = exchanged(spot.position, spot.normal, targets, mesh.normal[patch[part], None])
+        worth[start:stop] = exchanged(spot.position, spot.normal, targets, mesh.normal[patch[some], None])
         places[start:stop] = np.stack(points, axis=-1)
 
-    in_threads(look, len(doubtful), ELEMENTS_PER_SLICE // (transport.parts * rays))
-    by_part = (len(doubtful), transport.parts, rays)
-    worth, clear = worth.reshape(by_part), clear.reshape(by_part)
-    return seen_past(seen, doubtful, places.reshape(*by_part, 2), worth, clear)
+    in_threads(look, len(doubtful), ELEMENTS_PER_SLICE // (transport.replicas * rays))
+    by_replica = (len(doubtful), transport.replicas, rays)
+    worth, clear = worth.reshape(by_replica), clear.reshape(by_replica)
+    return seen_past(seen, doubtful, places.reshape(*by_replica, 2), worth, clear)
 
 
 def largest(patches: int, rays: int) -> float:
@@ -216,7 +216,7 @@ def largest(patches: int, rays: int) -> float:
 
 
 def _element_rays(transport: Transport) -> int:
-    """Rays to and from each element, a power of 2, in each independent part."""
+    """Rays to and from each element, a power of 2, in each replica."""
     more = largest(len(transport.mesh.patches), transport.rays_per_patch) / LARGEST
     return ELEMENT_RAYS << round(np.log2(more))
 
@@ -243,7 +243,7 @@ def _elements(transport: Transport, spot: Spot):
             break
         corners = _quarters(corners[large], mesh.triangular[patch[large]])
         patch = np.repeat(patch[large], 4)
-    found = [np.concatenate(parts) for parts in zip(*done, strict=True)]
+    found = [np.concatenate(each) for each in zip(*done, strict=True)]
     order = np.argsort(found[0], kind="stable")
     return tuple(each[order] for each in found)
 

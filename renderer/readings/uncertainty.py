@@ -40,9 +40,9 @@ def band_error(these: float, narrow: float) -> float:
 
 
 @cache
-def student(samples: int) -> float:
-    """Two-sided 95 % point of Student's t for so many independent samples."""
-    return float(stdtrit(samples - 1, 0.975))
+def student(replicas: int) -> float:
+    """Two-sided 95 % point of Student's t for so many independent replicas."""
+    return float(stdtrit(replicas - 1, 0.975))
 
 
 def rare_half_width(brightest: np.ndarray, unmet: np.ndarray, paths: np.ndarray) -> np.ndarray:
@@ -57,32 +57,32 @@ def rare_half_width(brightest: np.ndarray, unmet: np.ndarray, paths: np.ndarray)
     return RULE_OF_THREE / paths * (brightest * unmet).max(axis=1, initial=0.0)
 
 
-def half_width(samples: np.ndarray) -> float:
-    """95 % half-width of the mean of independent samples (k,)."""
-    return student(len(samples)) * float(samples.std(ddof=1)) / len(samples) ** 0.5
+def half_width(replicas: np.ndarray) -> float:
+    """95 % half-width of the mean of independent replicas (k,)."""
+    return student(len(replicas)) * float(replicas.std(ddof=1)) / len(replicas) ** 0.5
 
 
-def half_widths(meshes: np.ndarray, samples: np.ndarray, steps: tuple[float, ...],
+def half_widths(meshes: np.ndarray, replicas: np.ndarray, steps: tuple[float, ...],
                 quadrature: float = 0.0, rare: float = 0.0) -> tuple[float, float]:
     """95 % half-widths [lx] of a reading, by mesh and by sampling, from what the lamps and each surface
     send to it [lx].
 
     meshes : (1 + k, 1 + n_surfaces) on the mesh that is read, and on k others
-    samples : (s, 1 + n_surfaces) independent samples of the first, none where nothing is sampled
+    replicas : (s, 1 + n_surfaces) independent replicas of the first, none where nothing is sampled
     steps : (k,) how many times as long patches are from each mesh to the next, as in `step_shares`
     quadrature : share of the reading that sums over measured luminaires' openings may err by, on any mesh
     rare : what surfaces that no sample met may bring [lx]
 
-    Mesh: how far the reading moves from each mesh to the next; or, if that is more, how far the parts do,
-    in quadrature, so that surfaces which cancel by accident are not taken for agreement; and of two such
-    steps the root mean square, for two meshes may agree by accident too.
-    Sampling: Student's t on the spread of the samples, of which the reading is the mean.
+    Mesh: how far the reading moves from each mesh to the next; or, if that is more, the moves of what each
+    surface sends, in quadrature, so that surfaces which cancel by accident are not taken for agreement; and
+    of two such steps the root mean square, for two meshes may agree by accident too.
+    Sampling: Student's t on the spread of the replicas, of which the reading is the mean.
     """
     apart = np.diff(meshes, axis=0)
     moved = np.maximum(np.abs(apart.sum(axis=1)), np.linalg.norm(apart, axis=1)) * step_shares(steps)
     reading = meshes[0].sum()
     mesh = np.hypot(np.sqrt((moved**2).mean()), quadrature * reading)
-    sampling = half_width(samples.sum(axis=1)) if len(samples) > 1 else 0.0
+    sampling = half_width(replicas.sum(axis=1)) if len(replicas) > 1 else 0.0
     return float(mesh + ROUNDING * reading), float(np.hypot(sampling, rare))
 
 

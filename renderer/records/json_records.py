@@ -195,6 +195,7 @@ def of_run(solution: Solution, accuracy: float, seconds: float) -> dict:
         "maintenance_factor": solution.scene.project.maintenance_factor,
         "values": "initial" if solution.scene.project.maintenance_factor == 1 else "maintained",
         "patches": transport.mesh.count,
+        "method": transport.method.name,
         "closure_error": transport.exchange.closure_error,
         "reciprocity_error": transport.exchange.reciprocity_error,
         "energy_balance_error": solution.energy_balance_error,

@@ -18,9 +18,7 @@ from renderer.solving.refine import MAX_REFINEMENTS, finer
 from renderer.solving.transport_store import MAX_KEPT_FACTORS
 from renderer.transport.direct.lamp_samples import draws_of_patch
 from renderer.transport.factors.contour import point_factors
-from renderer.transport.factors.exchange import better_dense
-from renderer.transport.factors.hemisphere_rays import independent_parts, rays_of_vertex
-from renderer.transport.factors.pair_rays import between, rays_in_half
+from renderer.transport.factors.method import OPERATORS_AT_ONCE, PairRays
 from renderer.transport.mesh.build import build_mesh
 from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
@@ -28,11 +26,6 @@ from renderer.transport.rays.sampling import REPLICAS
 
 TRIED_RAYS, TRIED_POINTS = 1 << 15, 512
 """Rays cast and points seen from, in the scene itself, to learn what one costs here and now."""
-OF_A_RAY, OF_A_PAIR = 3.5, 2.0
-"""What a ray and a pair of patches cost with all that is done with them, over the cast or factor alone."""
-OF_A_DOUBT, MATRICES = 60.0, 3
-"""Bytes of a doubtful pair while it is looked at; operators held at once while one is made of exact factors
-and rays."""
 PARALLEL_SHARE = 0.7
 """How much of the work runs on every core."""
 BYTES_OF_KEPT_FACTOR = 16.0
@@ -50,7 +43,7 @@ class Stage:
     """One solve of a run, about.
 
     patches, other_patches : of the mesh, and of the second one that tells its error
-    rays : on the first mesh, as a run reports; seconds : of form factors, direct light and meters
+    rays, method : on the first mesh, as a run reports; seconds : of form factors, direct light and meters
     memory : of its operators [bytes]
     expected : the widest error bar of photometers, and of grids' means and least values [1]; None where
         none is lit
@@ -59,6 +52,7 @@ class Stage:
     patches: int
     other_patches: int
     rays: int
+    method: str
     seconds: float
     memory: float
     expected: float | None
@@ -69,6 +63,7 @@ class Forecast:
     """What reading a scene's photometers and grids will take, as far as can be said without doing it.
 
     patches, other_patches, rays, expected : of the first solve, as in `Stage`
+    method : of form factors in the first solve, a name as in a run's record
     bands : asked for; bands_solved : distinct systems of equations
     seconds : on this machine as busy as it is now, finer solves included
     memory : at most, in bytes, likewise
@@ -83,6 +78,7 @@ class Forecast:
     bands: int
     bands_solved: int
     rays: int
+    method: str
     seconds: float
     memory: float
     accuracy: float
@@ -108,7 +104,7 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     stages, each = [], plan
     while each is not None:
         figures = pilot.expected(size, each.rays)
-        stages.append(_stage(size, each.rays, pilot, figures, one))
+        stages.append(_stage(size, each, pilot, figures, one))
         if len(stages) > MAX_REFINEMENTS or scene.solver.patch_size:
             break
         before, each = each, finer(each, stages[-1].patches, figures, accuracy)
@@ -123,7 +119,7 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
             min(kept + stage.memory, BYTES_OF_KEPT_FACTOR * MAX_KEPT_FACTORS),
         )
     return Forecast(start.patches, start.other_patches, len(band_set.xyz), len(first), start.rays,
-                    START + sum(stage.seconds for stage in stages),
+                    start.method, START + sum(stage.seconds for stage in stages),
                     PROGRAM + memory, accuracy, plan.promise, start.expected,
                     stages[1:], unsure, modelled, left_out)
 
@@ -137,7 +133,8 @@ def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
     slack = INSIDE_TOLERANCE * scene.room.scale
     points = sum(int((~outside(grid.points, scene.room.shell, slack)).sum()) for grid in scene.grids)
     paths = len(scene.photometers) * paths_needed(plan.accuracy) + points * paths_needed(2 * plan.accuracy)
-    rays, draws = n * plan.rays, n * draws_of_patch(n) * independent_parts(n, plan.rays)
+    method = plan.method(n, None)
+    rays, draws = method.rays_of_factors(n), n * draws_of_patch(n) * method.replicas(n)
     work = CPU_OF_A_RAY * rays + CPU_OF_A_DRAW * draws + CPU_OF_A_PATCH * n + CPU_OF_A_PATH * paths
     parallel = PARALLEL_SHARE / (cpu_count() or 1) + 1 - PARALLEL_SHARE
     seconds = START + meshing + busy * work * parallel
@@ -145,54 +142,34 @@ def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
     first, *_ = distinct_bands(scene.reflectance(band_set), scene.flux(band_set))
     modelled, left_out = _sentences(scene, plan, len(band_set.xyz), len(first))
     cast = rays + round(LIT_SHARE * draws + RAYS_OF_A_PATH * paths)
-    memory = PROGRAM + 8.0 * MATRICES * min(n, 2 * plan.rays or n) * n + BYTES_OF_A_PATH * paths
+    memory = PROGRAM + 8.0 * OPERATORS_AT_ONCE * method.entries(n) + BYTES_OF_A_PATH * paths
     expected = plan.accuracy if scene.photometers or points else None
-    return Forecast(n, n // 4, len(band_set.xyz), len(first), cast if plan.rays else 0, seconds, memory,
-                    plan.accuracy, plan.promise, expected, [], False, modelled, left_out)
+    return Forecast(n, n // 4, len(band_set.xyz), len(first), cast if plan.rays else 0, method.name, seconds,
+                    memory, plan.accuracy, plan.promise, expected, [], False, modelled, left_out)
 
 
-def _stage(size: Size, rays: int, pilot: Pilot, figures: list[Figure], one: tuple[float, float]) -> Stage:
-    """What a solve on a mesh of that size takes.
+def _stage(size: Size, plan: Plan, pilot: Pilot, figures: list[Figure], one: tuple[float, float]) -> Stage:
+    """What a solve on meshes of that size takes.
 
-    rays : a patch; figures : as they are expected; one : seconds of a pair of patches, and of a ray
+    figures : as they are expected; one : seconds of a factor, and of a ray, alone
     """
     both = [(round(n), round(v)) for n, v in ((size.patches, size.vertices),
                                               (size.other_patches, size.other_vertices))]
-    work = 0.0
-    doubtful = pilot.doubtful if _across(both[0][0], rays, pilot.doubtful) else None  # on both meshes alike
-    for n, v in both:
-        pairs, cast = _operators(n, v, rays, doubtful)
-        work += OF_A_PAIR * pairs * one[0] + OF_A_RAY * cast * one[1]
+    method = plan.method(both[0][0], pilot.doubtful)
+    # The second mesh has pair rays where the first one has.
+    share = pilot.doubtful if isinstance(method, PairRays) else None
+    methods = [plan.method(n, share) for n, _ in both]
+    work = sum(each.seconds(n, v, *one) for each, (n, v) in zip(methods, both, strict=True))
     seconds = work * (PARALLEL_SHARE / (cpu_count() or 1) + 1 - PARALLEL_SHARE)
     seconds += pilot.lamp_seconds * (size.patches + size.other_patches)
     seconds += pilot.meter_seconds * np.mean([pilot.growth(n) for n, _ in both])
-    total = 0.0
-    if rays:
-        parts = independent_parts(both[0][0], rays) / REPLICAS
-        total = _operators(*both[0], rays, doubtful)[1] + parts * (
-            pilot.lamp_rays * size.patches + pilot.meter_rays)
+    rays = 0.0
+    if plan.rays:
+        replicas = method.replicas(both[0][0]) / REPLICAS
+        rays = method.rays(*both[0]) + replicas * (pilot.lamp_rays * size.patches + pilot.meter_rays)
     widest = max((f.uncertainty / f.value for f in figures if f.value > 0), default=None)
-    return Stage(*(n for n, _ in both), round(total), float(seconds),
-                 sum(_bytes(n, v, rays, doubtful) for n, v in both), widest)
-
-
-def _across(n: int, rays: int, doubtful: float | None) -> bool:
-    """Whether rays go between doubtful pairs alone; those over n² are `doubtful`, None where that is ruled
-    out."""
-    return doubtful is not None and rays_in_half(n, round(doubtful * n**2), rays) > 0
-
-
-def _operators(n: int, v: int, rays: int, doubtful: float | None) -> tuple[float, float]:
-    """Pairs of places whose factor is computed, and rays cast, for n patches and v vertices.
-
-    rays : a patch; doubtful : as for `_across`
-    """
-    if not rays:
-        return n * (n + v), 0.0
-    of_vertices = v * rays_of_vertex(rays) if independent_parts(n, rays) > 1 else 0
-    if _across(n, rays, doubtful):
-        return n**2, between(n, round(doubtful * n**2), rays) + of_vertices
-    return 0, rays * n + of_vertices
+    memory = sum(each.bytes(n, v) + _bytes_of_fields(n) for each, (n, v) in zip(methods, both, strict=True))
+    return Stage(*(n for n, _ in both), round(rays), method.name, float(seconds), memory, widest)
 
 
 def _seconds_of_a_ray(mesh: Mesh) -> float:
@@ -217,19 +194,10 @@ def _seconds_of_a_pair(mesh: Mesh) -> float:
     return seconds / (len(mesh.centroid[points]) * len(mesh.patches))
 
 
-def _bytes(n: int, v: int, rays: int, doubtful: float | None) -> float:
-    """Memory of one mesh's operators while they are made; as for `_operators`."""
-    if not rays:
-        return 8.0 * 1.2 * n * (n + v)
-    parts = independent_parts(n, rays)
-    of_vertices = v * rays_of_vertex(rays) * (parts > 1)
-    if _across(n, rays, doubtful):
-        return 8.0 * n * n * MATRICES + OF_A_DOUBT * doubtful * n**2 + 12.0 * of_vertices
-    hits = 4.0 * (rays * n + of_vertices)
-    whole = 8.0 * n * n if better_dense(n, 2 * n * rays) else 24.0 * n * rays
-    part = 24.0 * n * rays / parts if parts > 1 else 0.0
-    fields = 10 * 8.0 * n * len(narrow_bands().xyz) if n < 15_000 else 10 * 8.0 * n * 31
-    return 2 * hits + 2 * whole + part + 24.0 * of_vertices + fields
+def _bytes_of_fields(patches: int) -> float:
+    """Memory of the light on one mesh, in all the bands that it is solved in."""
+    bands = len(narrow_bands().xyz) if patches < 15_000 else 31
+    return 10 * 8.0 * patches * bands
 
 
 def _sentences(scene: Scene, plan: Plan, bands: int, solved: int) -> tuple[list[str], list[str]]:

@@ -29,15 +29,15 @@ def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading
     def at(k: int) -> list[np.ndarray]:
         meter = solution.meters(points[k], grid.normal, where)
         return [each.read_lx(meter(each)) for each in (solution, *solution.by_bands, *mesh_sequence.meshes,
-                                                       *mesh_sequence.samples)]
+                                                       *mesh_sequence.replicas)]
 
     solution.make_ready()
     rows = solution.parallel_map(at, len(points))
     own, these, narrow, *rest = np.array(rows).swapaxes(0, 1)
     means = (float(each.sum(axis=1).mean()) for each in (these, narrow))
-    meshes, samples = np.split(np.array(rest), [len(mesh_sequence.meshes)])
+    meshes, replicas = np.split(np.array(rest), [len(mesh_sequence.meshes)])
     found = summarise(
-        grid, read, own, meshes, samples, mesh_sequence.steps, solution.quadrature, band_error(*means)
+        grid, read, own, meshes, replicas, mesh_sequence.steps, solution.quadrature, band_error(*means)
     )
     return replace(found, rgb=meshes[0].sum(axis=1)) if solution.bands.name == "31" else found
 
@@ -48,7 +48,7 @@ def _by_paths(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
     batch = solution.batch(spots, areas=True)
     own = np.stack([batch.direct @ solution.bands.luminous, batch.indirect @ solution.bands.luminous], axis=1)
     apart = band_error(float(batch.these.mean()), float(batch.narrow.mean()))
-    found = summarise(grid, read, own, batch.meshes, batch.samples, batch.steps, solution.quadrature, apart,
+    found = summarise(grid, read, own, batch.meshes, batch.replicas, batch.steps, solution.quadrature, apart,
                       batch.rare)
     return replace(found, rgb=batch.meshes[0].sum(axis=1)) if solution.bands.name == "31" else found
 
@@ -58,18 +58,18 @@ def _where(solution: Solution, grid: Grid) -> str:
 
 
 def mean_luminance(solution: Solution, position, directions: np.ndarray, name: str) -> Figure:
-    """Mean luminance [cd/m²] that an eye at a point (3,) [m] sees along unit directions (parts, n, 3).
+    """Mean luminance [cd/m²] that an eye at a point (3,) [m] sees along unit directions (replicas, n, 3).
 
-    Each part is an independent sample. Raises InputError where the eye can not be.
+    Each replica is an independent sample. Raises InputError where the eye can not be.
     """
     where, position = f"{solution.scene.path}: {name!r}", np.asarray(position, dtype=float)
     mesh_sequence = solution.mesh_sequence
     meter = meter_per_transport(lambda transport: luminance_meter(transport, position, directions, where))
-    parts = mesh_sequence.samples or mesh_sequence.meshes[:1] * len(directions)
-    parts = np.array([each.read_lx(meter(each), k) for k, each in enumerate(parts)])
+    replicas = mesh_sequence.replicas or mesh_sequence.meshes[:1] * len(directions)
+    replicas = np.array([each.read_lx(meter(each), k) for k, each in enumerate(replicas)])
     errors = half_widths(
         np.array([each.read_lx(meter(each)) for each in mesh_sequence.meshes]),
-        parts,
+        replicas,
         mesh_sequence.steps,
         solution.quadrature,
     )
@@ -91,14 +91,14 @@ def stray_light(solution: Solution) -> tuple[float, str]:
 def surface_luminances(solution: Solution) -> list[Figure]:
     """Mean luminance [cd/m²] of each surface of the room and each body, of what of it is not covered."""
     mesh_sequence, own = solution.mesh_sequence, _mean_luminances(solution)
-    meshes, parts = (np.array([_mean_luminances(each) for each in some]).reshape(-1, len(own))
-                     for some in (mesh_sequence.meshes, mesh_sequence.samples))
+    meshes, replicas = (np.array([_mean_luminances(each) for each in some]).reshape(-1, len(own))
+                     for some in (mesh_sequence.meshes, mesh_sequence.replicas))
     meshes = np.nan_to_num(meshes)  # what a coarser mesh has covered up is not known at all
     found = []
     for k, surface in enumerate(solution.scene.surfaces):
         if surface.kind != "luminaire" and np.isfinite(own[k]):
             one = slice(k, k + 1)
-            errors = half_widths(meshes[:, one], parts[:, one], mesh_sequence.steps, solution.quadrature)
+            errors = half_widths(meshes[:, one], replicas[:, one], mesh_sequence.steps, solution.quadrature)
             found.append(Figure(surface.name, float(own[k]), *errors, "cd/m²"))
     return found
 

@@ -13,6 +13,7 @@ from renderer.solving.plan import Plan
 from renderer.solving.radiosity_field import RadiosityField, solve_field
 from renderer.solving.transport_store import TransportStore
 from renderer.system.threads import run_concurrently
+from renderer.transport.factors.method import HemisphereRays
 from renderer.transport.radiosity.solve import FOR_BARS
 
 PATCHES_OF_A_CHEAP_MESH = 4000
@@ -28,12 +29,12 @@ class MeshSequence:
     """One scene in RGB, solved several times: how far apart these are tells how far a reading may err.
 
     meshes : as it is, and on one or two other meshes, each coarser than the one before; or on a finer one
-    samples : with each part of the rays, none where none is cast; of the second mesh, whose rays are fewer,
-        where the first has no parts
+    replicas : by each replica of the rays, none where none is cast; of the second mesh, whose rays are fewer,
+        where the first has none
     """
 
     meshes: tuple[RadiosityField, ...]
-    samples: list[RadiosityField]
+    replicas: list[RadiosityField]
 
     @property
     def steps(self) -> tuple[float, ...]:
@@ -54,17 +55,17 @@ def make_mesh_sequence(light: RadiosityField, plan: Plan, store: TransportStore)
         # If it is in RGB, a copy, lest it hold itself.
         fine = replace(light) if light.bands.name == "rgb" else solve_field(
             scene, band_set("rgb"), transport, FOR_BARS)
-        return fine, fine.by_parts() if transport.parts > 1 else []
+        return fine, fine.by_replica() if transport.replicas > 1 else []
 
     def on_another(plan: Plan) -> RadiosityField:
         return solve_field(scene, band_set("rgb"), store.transport(scene, plan, transport.seed + 1), FOR_BARS)
 
     # Like with like: factors of middles and of whole patches err apart, and might err together by chance.
-    like = replace(plan, across=transport.pair_visibility is not None or not plan.rays)
+    like = replace(plan, pair_rays_allowed=not isinstance(transport.method, HemisphereRays))
     patches = transport.mesh.count
     times = max(2.0, float(np.sqrt(patches / MAX_PATCHES_OF_COARSER)))
     coarser = [partial(on_another, like.times(k * times)) for k in (1, 2)]
-    (fine, samples), *others = run_concurrently(on_this, *coarser)
+    (fine, replicas), *others = run_concurrently(on_this, *coarser)
     meshes = [fine]
     for each in others:
         if each.transport.mesh.size < MIN_PATCH_SIZE_RATIO * meshes[-1].transport.mesh.size:
@@ -73,7 +74,7 @@ def make_mesh_sequence(light: RadiosityField, plan: Plan, store: TransportStore)
     if len(meshes) == 1:  # only finer: as far as that is cheap
         shorter = next((k for k in (8, 4) if patches * k * k < PATCHES_OF_A_CHEAP_MESH), 2)
         meshes.append(on_another(like.times(transport.mesh.size / plan.patch_size / shorter)))
-    return MeshSequence(tuple(meshes), samples if transport.parts > 1 else meshes[1].by_parts())
+    return MeshSequence(tuple(meshes), replicas if transport.replicas > 1 else meshes[1].by_replica())
 
 
 def meter_per_transport(make: Callable) -> Callable[[RadiosityField], Meter]:

@@ -16,10 +16,7 @@ from renderer.solving.plan import Plan
 from renderer.solving.solution import Solution, solve
 from renderer.solving.transport_store import TransportStore
 from renderer.system.cache import Arrays
-from renderer.transport.factors.pair_rays import MAX_PATCHES_FOR_PAIR_RAYS, between
-from renderer.transport.factors.shafts import doubtful_pairs
 from renderer.transport.mesh.mesh import Mesh
-from renderer.transport.transport import Transport
 
 PATCHES, RAYS = 3000, 256
 """Of the coarse solve: patches, about, and rays a patch."""
@@ -69,7 +66,8 @@ def size_of(mesh: Mesh, other: Mesh) -> Size:
 class Pilot:
     """What a coarse solve told.
 
-    rays : a patch; doubtful : pairs of patches between which something may stand, over patches squared
+    rays : a patch; doubtful : pairs of patches between which something may stand, over patches squared; None
+        where rays between pairs are ruled out
     floor : share of a reading that its bar has on any mesh
     figures : photometers, and mean and least of grids, as read on it
     meter_seconds : of all meters of the scene on both meshes; meter_rays : on the first
@@ -78,7 +76,7 @@ class Pilot:
 
     size: Size
     rays: int
-    doubtful: float
+    doubtful: float | None
     floor: float
     figures: list[Figure]
     meter_seconds: float
@@ -132,25 +130,15 @@ def run_pilot(scene: Scene, plan: Plan, patches: int) -> Pilot:
     watch = StepTimer()
     solution = solve(scene, "rgb", plan=coarse, store=TransportStore(watch))
     transport, n = solution.transport, solution.transport.mesh.count
-    pairs = _in_doubt(transport)
-    lamp_rays = (transport.rays - between(n, pairs, coarse.rays)) / n
+    pairs = transport.method.doubtful(transport.mesh, transport.exchange.areas)
+    lamp_rays = (transport.rays - transport.method.rays_of_factors(n)) / n
     other = solution.mesh_sequence.meshes[1].transport
     direct = sum(took for name, took in watch.seconds.items() if name.endswith(" direct"))
     solution.make_ready()  # so that what all meters share is not taken for theirs
     figures, seconds, cast = _read(solution)
-    return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, pairs / n**2, solution.quadrature, figures,
-                 seconds, cast, direct / (n + other.mesh.count), max(0.0, lamp_rays))
-
-
-def _in_doubt(transport: Transport) -> int:
-    """Pairs of patches between which something may stand, whether rays went between those alone or not."""
-    if (transport.ray_scene is None or transport.mesh.group is not None
-            or len(transport.mesh.patches) > MAX_PATCHES_FOR_PAIR_RAYS):
-        return 0
-    if transport.pair_visibility is not None:
-        return transport.pair_visibility.pairs.shape[1]
-    share = transport.exchange.areas / transport.mesh.area
-    return doubtful_pairs(transport.mesh, np.flatnonzero(share > 0), share < 1).shape[1]
+    return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, None if pairs is None else pairs / n**2,
+                 solution.quadrature, figures, seconds, cast, direct / (n + other.mesh.count),
+                 max(0.0, lamp_rays))
 
 
 def _read(solution: Solution) -> tuple[list[Figure], float, float]:

@@ -9,6 +9,7 @@ from renderer.errors import InputError
 from renderer.scene.flat import Parts
 from renderer.scene.mounting import MAX_MOUNTING_GAP
 from renderer.scene.scene import Scene
+from renderer.transport.factors.method import FormFactorMethod, expected_method
 
 PATCHES_AT_1_PERCENT = 1280
 """Patches of an empty room for 1 %; the error falls as 1/patches (docs/verification.md)."""
@@ -53,7 +54,7 @@ class Plan:
     patch_size : edge of a patch [m]
     rays : rays per patch; 0 where nothing can stand between two patches
     reasons : what is modelled and what is left out, in sentences
-    across : whether rays may go between doubtful pairs alone, where those need no more
+    pair_rays_allowed : whether rays may go between doubtful pairs alone, where those need no more
     accuracy : of readings [1], what it was made for
     gathered : whether the mesh serves readings by paths alone, to which it matters only after a reflection
     """
@@ -61,7 +62,7 @@ class Plan:
     patch_size: float
     rays: int
     reasons: tuple[str, ...]
-    across: bool = True
+    pair_rays_allowed: bool = True
     accuracy: float = 0.01
     gathered: bool = False
 
@@ -69,10 +70,14 @@ class Plan:
         """Whether so many meters are read by paths."""
         return self.accuracy >= FINEST_GATHER and (self.rays > 0 or meters > FEW_METERS)
 
+    def method(self, patches: int, doubtful_share: float | None) -> FormFactorMethod:
+        """The form-factor method of a mesh of that many patches. doubtful_share : as in `expected_method`"""
+        return expected_method(patches, self.rays, doubtful_share if self.pair_rays_allowed else None)
+
     def times(self, factor: float) -> "Plan":
         """The same with patches so many times as long: how far the answer moves tells the mesh error.
 
-        Rays are enough to be drawn in independent parts.
+        Rays are enough to be drawn in replicas.
         """
         rays = self.rays and max(self.rays, FEWEST_RAYS)
         return replace(self, patch_size=factor * self.patch_size, rays=rays)
@@ -107,7 +112,8 @@ def make_reading_plan(scene: Scene, accuracy: float, patch_size: float | None, m
     if not loose.by_paths(meters) or not any(lum.lumens for lum in scene.luminaires):
         return make_plan(scene, accuracy, patch_size)
     rays = loose.rays and min(loose.rays, RAYS_FOR_PATHS)
-    return replace(loose, rays=rays, across=False, gathered=True, reasons=(*loose.reasons, BY_PATHS))
+    return replace(loose, rays=rays, pair_rays_allowed=False, gathered=True,
+                   reasons=(*loose.reasons, BY_PATHS))
 
 
 def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:

@@ -24,7 +24,7 @@ class RadiosityField:
     reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
     radiosity, received : what each patch sends, and receives by way of the others (n_patches, n_bands)
         [W m⁻² per band; weighted integrals in RGB]
-    sample : which independent part of the rays this is solved with; None for all of them
+    replica : which repeat of the rays this is solved with; None for all of them
     bands_solved : how many distinct systems of equations that took
     """
 
@@ -35,7 +35,7 @@ class RadiosityField:
     flux: np.ndarray
     radiosity: np.ndarray
     received: np.ndarray
-    sample: int | None
+    replica: int | None
     bands_solved: int
     seconds: float
 
@@ -52,7 +52,7 @@ class RadiosityField:
     @cached_property
     def vertex_irradiance(self) -> np.ndarray:
         """Indirect light that each vertex receives (n_vertices, n_bands)."""
-        return self.transport.at_vertices(self.radiosity, self.received, self.sample, shown=True)
+        return self.transport.at_vertices(self.radiosity, self.received, self.replica, shown=True)
 
     @cached_property
     def vertex_radiosity(self) -> np.ndarray:
@@ -62,7 +62,7 @@ class RadiosityField:
     @cached_property
     def vertices_read(self) -> np.ndarray:
         """The same as readings take it, about the patches' means (n_vertices, n_bands)."""
-        received = self.transport.at_vertices(self.radiosity, self.received, self.sample, shown=False)
+        received = self.transport.at_vertices(self.radiosity, self.received, self.replica, shown=False)
         return self.reflectance[self.transport.mesh.vertex_surface] * received
 
     @cached_property
@@ -86,31 +86,31 @@ class RadiosityField:
 
     def read(self, meter: Meter) -> tuple[np.ndarray, np.ndarray]:
         """Direct irradiance (n_bands,), and what each surface sends (n_surfaces, n_bands), at least 0."""
-        samples = slice(None) if self.sample is None else slice(self.sample, self.sample + 1)
-        direct = meter.direct[samples].mean(axis=0) @ self.flux
-        sensors = meter.sensors[samples]
+        own = slice(None) if self.replica is None else slice(self.replica, self.replica + 1)
+        direct = meter.direct[own].mean(axis=0) @ self.flux
+        sensors = meter.sensors[own]
         indirect = sum(sensor.direct_radiosity(self.reflectance, self.flux) + sensor.indirect_radiosity(
             self.vertices_read if sensor.about_means else self.vertex_radiosity, self.patch_radiosity)
             for sensor in sensors) / len(sensors)
         return direct, self._no_less_than_nothing(indirect)
 
-    def read_lx(self, meter: Meter, part: int | None = None) -> np.ndarray:
-        """What the luminaires and each surface send [lx] (1 + n_surfaces,), by one part of a meter or all."""
+    def read_lx(self, meter: Meter, replica: int | None = None) -> np.ndarray:
+        """Illuminance by the luminaires and each surface [lx] (1 + n_surfaces,), from one replica or all."""
         flux, once, patches = self._luminous
-        part = self.sample if part is None else part
-        samples = slice(None) if part is None else slice(part, part + 1)
-        sensors = meter.sensors[samples]
+        replica = self.replica if replica is None else replica
+        own = slice(None) if replica is None else slice(replica, replica + 1)
+        sensors = meter.sensors[own]
         indirect = sum(sensor.direct @ once + sensor.means @ patches + sensor.indirect @ (
             self._luminous_read if sensor.about_means else self._luminous_shown)
             for sensor in sensors) / len(sensors)
-        indirect = indirect if part is not None else self._no_less_than_nothing(indirect)
-        return np.concatenate([[meter.direct[samples].mean(axis=0) @ flux], indirect])
+        indirect = indirect if replica is not None else self._no_less_than_nothing(indirect)
+        return np.concatenate([[meter.direct[own].mean(axis=0) @ flux], indirect])
 
     def _no_less_than_nothing(self, indirect: np.ndarray) -> np.ndarray:
         """What surfaces send (n_surfaces, …), at least 0: between vertices light varies about the patches'
-        means, which on patches far larger than a room is high may come out below 0. Parts of the rays keep
+        means, which on patches far larger than a room is high may come out below 0. Replicas keep
         theirs, since their spread is what counts."""
-        return indirect if self.sample is not None else np.maximum(indirect, 0.0)
+        return indirect if self.replica is not None else np.maximum(indirect, 0.0)
 
     @cached_property
     def _luminous(self) -> tuple[np.ndarray, ...]:
@@ -128,20 +128,21 @@ class RadiosityField:
     def _luminous_shown(self) -> np.ndarray:
         return self.vertex_radiosity @ self.bands.luminous
 
-    def by_parts(self) -> list["RadiosityField"]:
-        """The same by each independent part of the rays, to first order; none where no ray is cast."""
+    def by_replica(self) -> list["RadiosityField"]:
+        """The light by each replica of the rays, to first order; none where no ray is cast."""
         transport, bands = self.transport, self.flux.shape[1]
-        parts, stretch = transport.samples, transport.stretch
-        if not parts:
+        replicas, stretch = transport.replicas, transport.stretch
+        if replicas == 1:
             return []
         brought = transport.departures(self.radiosity)
-        more = brought + (transport.direct_parts - transport.direct) @ self.flux / stretch
+        more = brought + (transport.direct_replicas - transport.direct) @ self.flux / stretch
         rho = self.reflectance[transport.mesh.surface]
-        light = radiosity(transport.exchange, np.tile(rho, parts), np.hstack(more), ENOUGH)
-        sent, received = (stretch * each.reshape(len(rho), parts, bands).transpose(1, 0, 2) for each in light)
+        light = radiosity(transport.exchange, np.tile(rho, replicas), np.hstack(more), ENOUGH)
+        sent, received = (
+            stretch * each.reshape(len(rho), replicas, bands).transpose(1, 0, 2) for each in light)
         received += stretch * brought
         return [replace(self, radiosity=self.radiosity + sent[k], received=self.received + received[k],
-                        sample=k) for k in range(parts)]
+                        replica=k) for k in range(replicas)]
 
 
 def solve_field(

@@ -79,5 +79,5 @@ def finer(plan: Plan, patches: int, figures: list[Figure], asked: float) -> Plan
     wide = missed(figures, asked)
     if not wide:
         return None
-    return plan.finer(patches, *(max(getattr(f, part) / (asked * f.value) for f in wide)
-                                 for part in ("mesh_error", "sampling_error")))
+    return plan.finer(patches, *(max(getattr(f, error) / (asked * f.value) for f in wide)
+                                 for error in ("mesh_error", "sampling_error")))

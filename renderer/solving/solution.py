@@ -159,7 +159,7 @@ class Solution(RadiosityField):
         mesh_sequence = self.mesh_sequence
         _ = [
             each._luminous_read
-            for each in (self, *mesh_sequence.meshes, *mesh_sequence.samples, *self.by_bands)
+            for each in (self, *mesh_sequence.meshes, *mesh_sequence.replicas, *self.by_bands)
         ]
 
     @property
@@ -174,9 +174,9 @@ class Solution(RadiosityField):
         """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
         last on the last mesh, likewise. at : as from `meters`"""
         mesh_sequence = self.mesh_sequence
-        meshes, samples = (np.array([each.read_lx(at(each)) for each in some])
-                           for some in (mesh_sequence.meshes, mesh_sequence.samples))
-        mesh, sampling = half_widths(meshes, samples, mesh_sequence.steps, self.quadrature)
+        meshes, replicas = (np.array([each.read_lx(at(each)) for each in some])
+                           for some in (mesh_sequence.meshes, mesh_sequence.replicas))
+        mesh, sampling = half_widths(meshes, replicas, mesh_sequence.steps, self.quadrature)
         these, narrow = (each.read_lx(at(each)).sum() for each in self.by_bands)
         return mesh, sampling, band_error(float(these), float(narrow))
 

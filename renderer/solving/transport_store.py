@@ -32,7 +32,7 @@ class TransportStore:
     def transport(self, scene: Scene, plan: Plan, seed: int,
                   progress: Progress = lambda step: None) -> Transport:
         """The transport of that scene's geometry, computed once."""
-        key = (scene.geometry_key, plan.patch_size, plan.rays, seed, plan.across, plan.gathered)
+        key = (scene.geometry_key, plan.patch_size, plan.rays, seed, plan.pair_rays_allowed, plan.gathered)
         with self._changing:
             found = self.kept.get(key)
             while found is None and sum(each.factors for each in self.kept.values()) > MAX_KEPT_FACTORS:
@@ -40,7 +40,7 @@ class TransportStore:
         if found is None:
             progress(f"{scene.title}: form factors")
             found = compute_transport(scene, plan.patch_size, plan.rays, seed, self._remember(key),
-                                      self.elsewhere, plan.across, plan.gathered)
+                                      self.elsewhere, plan.pair_rays_allowed, plan.gathered)
             with self._changing:
                 self.kept[key] = found
         return found

@@ -77,7 +77,7 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
             rho,
             flux,
             *found,
-            sample=None,
+            replica=None,
             bands_solved=rho.shape[1],
             seconds=0.0,
         )

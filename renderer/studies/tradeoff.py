@@ -199,7 +199,7 @@ def _prepared(scene: Scene, plan: Plan, seed: int) -> tuple[Transport, list]:
     transport = compute_transport(scene, plan.patch_size, plan.rays, seed)
     meters = [make_meter(transport, np.array(p.position), np.array(p.normal) / np.linalg.norm(p.normal),
                          f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
-    if transport.ray_scene is None or transport.parts > 1:
+    if transport.ray_scene is None or transport.replicas > 1:
         _ = transport.to_vertices_read
     return transport, meters
 

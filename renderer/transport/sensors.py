@@ -61,7 +61,7 @@ class Sensor:
 class Spread:
     """What a point of light stands for: a piece of a patch.
 
-    corners : (k, 4, 2) of the pieces, as s and t; places : (k, parts, 2) where shadow rays start, likewise
+    corners : (k, 4, 2) of the pieces, as s and t; places : (k, replicas, 2) where shadow rays start, likewise
     bare : (k, n_luminaires) mean illuminance per lumen of each piece if nothing stood between [m⁻²]
     """
 
@@ -71,13 +71,13 @@ class Spread:
 
 
 def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndarray, seed: int,
-              rays: int = SHADOW_RAYS, parts: int = 1, spread: Spread | None = None) -> np.ndarray:
-    """Illuminance per lumen at points (s, t) on patches (parts, k, n_luminaires) [m⁻²], in independent
+              rays: int = SHADOW_RAYS, replicas: int = 1, spread: Spread | None = None) -> np.ndarray:
+    """Illuminance per lumen at points (s, t) on patches (replicas, k, n_luminaires) [m⁻²], in independent
     samples; 0 on luminaires. spread : what the points stand for
     """
     mesh = transport.mesh
     bright = transport.reflecting[patch]
-    light = np.zeros((parts, len(patch), len(transport.luminaires)))
+    light = np.zeros((replicas, len(patch), len(transport.luminaires)))
     patch, s, t = patch[bright], s[bright], t[bright]
     normals, seeds, more = mesh.normal[patch], (transport.seed, Stream.DIRECT_ON_ELEMENTS, seed), {}
     if spread is not None:
@@ -87,16 +87,17 @@ def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndar
                           for x in (spread.corners, spread.places))
         more |= {"origins": transport.ray_scene.off(places, normals[:, None]), "around": around}
     light[:, bright] = direct_at(mesh.at(patch, s, t), normals, transport.luminaires, transport.ray_scene,
-                                 seeds, rays, parts=parts, **more)
+                                 seeds, rays, replicas=replicas, **more)
     return light
 
 
 def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray,
           t: np.ndarray, weight: np.ndarray, per_lumen: np.ndarray, conserving: bool = False) -> list[Sensor]:
     """The sensors that add up `weight` × radiosity at points (s, t) on patches, by row: one for each of
-    `parts` samples of the weights.
+    `replicas` samples of the weights.
 
-    row, patch, s, t : (k,); weight : (parts, k); per_lumen : (parts, k, n_luminaires), from `direct_on`.
+    row, patch, s, t : (k,); weight : (replicas, k)
+    per_lumen : (replicas, k, n_luminaires), from `direct_on`
     conserving : indirect light is interpolated about each patch's mean, so that a patch as a whole
         sends what it received; else between vertices alone, so that pictures show no seams.
     """
@@ -114,8 +115,8 @@ def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray,
 
     def gathered(values: np.ndarray, columns: np.ndarray, width: int) -> list[sparse.csr_array]:
         each = np.add.reduceat(values, first, axis=1) if len(first) else values
-        return [sparse.csr_array((part.ravel(), columns.ravel(), columns.shape[1] * ends),
-                                 shape=(n_rows, width)) for part in each]
+        return [sparse.csr_array((replica.ravel(), columns.ravel(), columns.shape[1] * ends),
+                                 shape=(n_rows, width)) for replica in each]
 
     columns = mesh.surface[patch][:, None] * n_luminaires + np.arange(n_luminaires)
     direct = gathered(weight * per_lumen, columns, transport.n_surfaces * n_luminaires)
@@ -132,14 +133,14 @@ def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
     patch, s, t = np.empty(n, dtype=np.int64), np.empty(n), np.empty(n)
 
     def work(start: int, stop: int) -> None:
-        part, toward = slice(start, stop), directions[start:stop]
-        patch[part] = transport.eye.first_hit(np.broadcast_to(eye, toward.shape), toward)
-        found = np.maximum(patch[part], 0)
+        some, toward = slice(start, stop), directions[start:stop]
+        patch[some] = transport.eye.first_hit(np.broadcast_to(eye, toward.shape), toward)
+        found = np.maximum(patch[some], 0)
         normal = mesh.normal[found]
         slope = np.einsum("ki,ki->k", toward, normal)
         height = np.einsum("ki,ki->k", mesh.corners[found, 0] - eye, normal)
         reach = height / np.where(slope == 0, 1.0, slope)
-        s[part], t[part] = mesh.inside(found, eye + reach[:, None] * toward)
+        s[some], t[some] = mesh.inside(found, eye + reach[:, None] * toward)
 
     in_threads(work, n, EYE_RAYS_PER_SLICE)
     return patch, np.clip(s, 0, 1), np.clip(t, 0, 1)

@@ -25,21 +25,15 @@ from renderer.transport.factors.exchange import Exchange, between_patches, from_
 from renderer.transport.factors.hemisphere_rays import (
     Rows,
     cast,
-    count,
-    independent_parts,
     look_round,
     rays_of_vertex,
     shares,
 )
-from renderer.transport.factors.pair_rays import (
-    PairVisibility,
-    contour_exchange,
-    pair_visibility_from,
-    probe_pairs,
-)
+from renderer.transport.factors.method import FormFactorMethod, chosen_method
+from renderer.transport.factors.pair_rays import PairVisibility, pair_visibility_from, probe_pairs
 from renderer.transport.mesh.build import build_mesh
 from renderer.transport.mesh.mesh import Mesh
-from renderer.transport.radiosity.replicas import departures, half_samples, independent
+from renderer.transport.radiosity.replicas import departures
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import REPLICAS, Stream
 
@@ -67,7 +61,7 @@ class Transport:
     visibility : None where nothing can stand between two points
     remember : called with a name and what makes its arrays; returns those, made or kept
     elsewhere : casts the rays of a large mesh on other machines; None for here
-    across : whether rays may go between doubtful pairs alone, where those need no more
+    pair_rays_allowed : whether rays may go between doubtful pairs alone, where those need no more
     sampled : whether direct light on patches is drawn, as readings do that gather it anew on what they see
     meters : placed in it so far, by place, for the next room of this shape; placed : where those stand
     """
@@ -82,7 +76,7 @@ class Transport:
     ray_scene: RayScene | None
     remember: Callable[[str, Callable[[], Arrays]], Arrays] = compute
     elsewhere: Rows | None = None
-    across: bool = True
+    pair_rays_allowed: bool = True
     sampled: bool = False
     seconds: float = field(default=0.0)
     meters: dict = field(default_factory=dict, repr=False)
@@ -100,10 +94,14 @@ class Transport:
             self.mesh, self.ray_scene, self.rays_per_patch, seed, self.elsewhere)})["hits"]
 
     @cached_property
-    def pair_visibility(self) -> PairVisibility | None:
-        """What patches see of each other; None where nothing stands between them, or so much that rays all
-        over their hemispheres are the better way."""
-        if self.ray_scene is None or not self.across:
+    def method(self) -> FormFactorMethod:
+        """How the form factors of this mesh are computed."""
+        return chosen_method(self.mesh.count, self.rays_per_patch, self._pair_visibility())
+
+    def _pair_visibility(self) -> PairVisibility | None:
+        """What patches see of each other; None where nothing stands between them, or so much that rays over
+        their hemispheres are fewer."""
+        if self.ray_scene is None or not self.pair_rays_allowed:
             return None
 
         def make() -> Arrays:
@@ -117,11 +115,8 @@ class Transport:
     @cached_property
     def _operator(self) -> Arrays:
         def make() -> Arrays:
-            if self.ray_scene is not None and self.pair_visibility is None:
-                dense = not self.sampled or len(self.mesh.patches) <= MAX_PATCHES_DENSE
-                return count(self.mesh, self.hits, dense).arrays()
-            exchange, whole = contour_exchange(self.mesh, self.pair_visibility)
-            return {**exchange.arrays(), "whole": whole}
+            dense = not self.sampled or len(self.mesh.patches) <= MAX_PATCHES_DENSE
+            return self.method.factors(self.mesh, lambda: self.hits, dense).arrays()
 
         return self._remembered("exchange", make)
 
@@ -137,18 +132,10 @@ class Transport:
             return self.exchange_of_unknowns
         return between_patches(self.exchange_of_unknowns, self.mesh.gathering)
 
-    @property
-    def samples(self) -> int:
-        """In how many parts of the rays the operator is known; 0 where no ray is cast, or too few are."""
-        return self.parts if self.ray_scene is not None and self.parts > 1 else 0
-
     def departures(self, radiosity: np.ndarray) -> np.ndarray:
-        """How much more irradiance the operator by each part of the rays brings (parts, n_patches, n_bands),
-        as an independent part would, or `stretch` times less. radiosity : (n_patches, n_bands)"""
-        if self.pair_visibility is not None:
-            more = partial(half_samples, self.pair_visibility, self._operator["whole"], self.samples)
-        else:
-            more = partial(independent, self.mesh, self.exchange_of_unknowns, self.hits, self.samples)
+        """Irradiance by each replica of the operator less that by the operator itself (replicas, n_patches,
+        n_bands), `stretch` times smaller than of independent replicas. radiosity : (n_patches, n_bands)"""
+        more = partial(self.method.change, self.mesh, self.exchange_of_unknowns, lambda: self.hits)
         if self.mesh.gathering is None:
             return departures(self.exchange, more, radiosity)
         means = self.mesh.gathering.weights(self.exchange_of_unknowns.areas) @ radiosity
@@ -156,23 +143,22 @@ class Transport:
 
     @property
     def stretch(self) -> float:
-        """How many times farther than `departures` says independent parts would be from the whole."""
-        return 1.0 if self.pair_visibility is None else float(np.sqrt(self.parts))
+        """Factor that scales `departures` to independent replicas."""
+        return self.method.stretch(self.mesh.count)
 
     @cached_property
     def _direct(self) -> Arrays:
         def make() -> Arrays:
-            make_direct = sampled_direct if self.sampled and self.parts > 1 else direct_on_patches
+            make_direct = sampled_direct if self.sampled and self.replicas > 1 else direct_on_patches
             direct, lost = make_direct(self.mesh, self.exchange_of_unknowns, self.luminaires, self.ray_scene,
-                                       (self.seed, Stream.DIRECT_ON_PATCHES), self.parts)
+                                       (self.seed, Stream.DIRECT_ON_PATCHES), self.replicas)
             return {"direct": direct, "lost": lost}
 
         return self._remembered("direct", make)
 
     @property
-    def direct_parts(self) -> np.ndarray:
-        """Mean illuminance of each patch per lumen (parts, n_patches, n_luminaires) [m⁻²], in independent
-        samples."""
+    def direct_replicas(self) -> np.ndarray:
+        """Mean illuminance of each patch per lumen (replicas, n_patches, n_luminaires) [m⁻²]."""
         direct = self._direct["direct"]
         return direct if self.mesh.group is None else direct[:, self.mesh.group]
 
@@ -189,7 +175,7 @@ class Transport:
     @cached_property
     def direct(self) -> np.ndarray:
         """Mean illuminance of each patch per lumen (n_patches, n_luminaires) [m⁻²]."""
-        return self.direct_parts.mean(axis=0)
+        return self.direct_replicas.mean(axis=0)
 
     @cached_property
     def eye(self) -> RayScene:
@@ -197,28 +183,27 @@ class Transport:
         return self.ray_scene or RayScene(self.mesh)
 
     @property
-    def parts(self) -> int:
-        """In how many independent samples light is known; 1 where no ray is cast."""
-        return independent_parts(self.mesh.count, self.rays_per_patch)
+    def replicas(self) -> int:
+        """Number of independent repeats of the rays; 1 where none is cast, or they are too few to divide."""
+        return self.method.replicas(self.mesh.count)
 
     @property
     def factors(self) -> int:
-        """How many factors its operator holds at most."""
-        n = self.mesh.count
-        return n * min(n, 2 * self.rays_per_patch or n)
+        """Largest number of factors that its operator holds."""
+        return self.method.entries(self.mesh.count)
 
-    def at_vertices(self, radiosity: np.ndarray, received: np.ndarray, sample: int | None,
+    def at_vertices(self, radiosity: np.ndarray, received: np.ndarray, replica: int | None,
                     shown: bool) -> np.ndarray:
         """What each vertex receives by way of the patches (n_vertices, n_bands).
 
         radiosity, received : (n_patches, n_bands), what each patch sends, and receives by way of the others;
-        sample : from which independent part of the rays; None for all; shown : in pictures, where light is
+        replica : by which repeat of the rays; None for all; shown : in pictures, where light is
         what vertices say; readings take the patches' means and only what vertices differ by.
         """
-        if self.ray_scene is not None and self.parts == 1:
+        if self.ray_scene is not None and self.replicas == 1:
             return self.mesh.around_vertices @ received
-        every, parts = self.to_vertices if shown else self.to_vertices_read
-        share = every if sample is None else parts[sample]
+        every, replicas = self.to_vertices if shown else self.to_vertices_read
+        share = every if replica is None else replicas[replica]
         if self.mesh.group is None:
             return share @ radiosity.astype(share.dtype)
         found = self.mesh.around_vertices @ received
@@ -228,7 +213,7 @@ class Transport:
     @cached_property
     def to_vertices(self) -> tuple:
         """What each vertex receives per unit radiosity of each patch (n_vertices, n_patches), and the
-        same from each independent part of the rays."""
+        same by each replica of the rays."""
         return self._from_vertices("vertices", self.rays_per_patch)
 
     @cached_property
@@ -251,7 +236,7 @@ class Transport:
         hits = self._remembered(name, lambda: {"hits": look_round(
             lifted, normals, self.ray_scene, rays, (self.seed, Stream.VERTEX_RAYS))})["hits"]
         return shares(hits, len(mesh.patches)), tuple(
-            shares(part, len(mesh.patches)) for part in np.split(hits, REPLICAS, axis=1))
+            shares(replica, len(mesh.patches)) for replica in np.split(hits, REPLICAS, axis=1))
 
     @cached_property
     def reflecting(self) -> np.ndarray:
@@ -274,25 +259,26 @@ class Transport:
 
 
 def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
-                      remember=compute, elsewhere: Rows | None = None, across: bool = True,
+                      remember=compute, elsewhere: Rows | None = None, pair_rays_allowed: bool = True,
                       sampled: bool = False) -> Transport:
     """Divide the room into patches and find out who exchanges light with whom.
 
     patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches;
-    remember, elsewhere, across, sampled : as in `Transport`. Raises InputError where objects fill the room.
+    remember, elsewhere, pair_rays_allowed, sampled : as in `Transport`. Raises InputError where objects fill
+    the room.
     """
     started = time.perf_counter()
     with logged(f"{scene.title}: mesh of patches of {patch_size:.3g} m"):
         mesh, luminaires = build_mesh(scene, patch_size, not sampled), scene.placement.luminaires
     faces = [(k, s.luminaire) for k, s in enumerate(scene.surfaces) if s.luminaire is not None]
     transport = Transport(scene.room, mesh, luminaires, len(scene.surfaces), faces, rays, seed,
-                          RayScene(mesh) if rays else None, remember, elsewhere, across, sampled)
+                          RayScene(mesh) if rays else None, remember, elsewhere, pair_rays_allowed, sampled)
     if not transport.exchange.areas.any():
         names = ", ".join(repr(body.name) for body in scene.bodies)
         raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "
                          "Make them smaller.")
     _ = transport.lost  # direct light, whose time is counted here
-    if transport.parts == 1:
+    if transport.replicas == 1:
         transport.__dict__.pop("hits", None)  # counted, and as large as the rest
     transport.seconds = time.perf_counter() - started
     return transport

@@ -13,7 +13,7 @@ from renderer.transport.sensors import direct_on, seen_from
 INSET = 1e-3
 """How far inside its patch a corner is looked up on the other mesh, relative to the patch."""
 PARTS_RAYS = SHADOW_RAYS // 4
-"""Shadow rays of each independent part that tells how far a pixel's own may be wrong."""
+"""Shadow rays of each replica that tells how far a pixel's own may be wrong."""
 
 
 def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
@@ -34,13 +34,13 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     moved = [share * _largest(mesh, np.abs(one - other)) for share, one, other in zip(
         step_shares(mesh_sequence.steps), values, values[1:], strict=False)]
     of_mesh = np.sqrt(np.mean(np.square(moved), axis=0)) + ROUNDING * _at_middle(mesh, here)
-    samples = mesh_sequence.samples
-    if not samples:
+    replicas = mesh_sequence.replicas
+    if not replicas:
         return of_mesh, np.zeros(len(mesh.patches))
-    spread = np.array([sample.vertex_irradiance @ luminous for sample in samples]).std(axis=0, ddof=1)
-    own = samples[0].transport is solution.transport  # a very fine mesh leaves the samples to the other
+    spread = np.array([each.vertex_irradiance @ luminous for each in replicas]).std(axis=0, ddof=1)
+    own = replicas[0].transport is solution.transport  # a very fine mesh leaves the replicas to the other
     on_patches = spread[mesh.patches] if own else _on(mesh_sequence.meshes[1], places, mesh.normal, spread)
-    return of_mesh, student(len(samples)) / np.sqrt(len(samples)) * _largest(mesh, on_patches)
+    return of_mesh, student(len(replicas)) / np.sqrt(len(replicas)) * _largest(mesh, on_patches)
 
 
 def _largest(mesh, at_places: np.ndarray) -> np.ndarray:

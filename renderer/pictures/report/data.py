@@ -59,9 +59,9 @@ def lamps_of(solutions: list[Solution]) -> Lamps:
 def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
     """The patches of a room, and the direct light on each."""
     mesh = transport.mesh
-    parts = len(transport.direct_parts)
-    spread = (student(parts) * transport.direct_parts.std(axis=0, ddof=1) / np.sqrt(parts)
-              if parts > 1 else np.zeros(transport.direct.shape))
+    replicas = len(transport.direct_replicas)
+    spread = (student(replicas) * transport.direct_replicas.std(axis=0, ddof=1) / np.sqrt(replicas)
+              if replicas > 1 else np.zeros(transport.direct.shape))
     return {
         "middle": mesh.middle.tolist(), "scale": mesh.scale,
         "vertices": pack.reals(mesh.vertices - mesh.middle),

@@ -12,7 +12,7 @@ from renderer.transport.rays.sampling import REPLICAS, Nets
 
 PATCH_POINTS, PATCH_RAYS = 4, 8
 """Points on a patch, and shadow rays from each, where its direct light has no closed form: in each of
-so many independent parts."""
+so many independent replicas."""
 BRIGHT, MOST = 256, 5
 """A patch has twice the points for each time that its share of a luminaire's light doubles past 1 in so many,
 so often at most: what all of them miss together is then small, and they are few."""
@@ -35,33 +35,33 @@ def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminai
 
 
 def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
-                  ray_scene: RayScene, rays: int, seed: tuple[int, ...], parts: int) -> np.ndarray:
-    """Share of a luminaire's light that reaches each point past what stands between (parts, k).
+                  ray_scene: RayScene, rays: int, seed: tuple[int, ...], replicas: int) -> np.ndarray:
+    """Share of a luminaire's light that reaches each point past what stands between (replicas, k).
 
-    points : (k, 3) [m], already off their surface, or (k, parts, 3), a place for each part. Rays go to
+    points : (k, 3) [m], already off their surface, or (k, replicas, 3), a place for each replica. Rays go to
     points all over the luminaire, each weighted with what it would bring; so many to each point in each of
-    `parts` independent nets. What few rays say is biased as that weight varies, so they are aimed.
+    `replicas` independent nets. What few rays say is biased as that weight varies, so they are aimed.
     """
     each = points if points.ndim > 2 else points[:, None]
     if luminaire.is_point:
         clear = ray_scene.clear(each, np.broadcast_to(luminaire.center, each.shape)).T
-        return np.broadcast_to(clear.astype(float), (parts, len(points)))
-    nets = Nets(rays, 2, seed, parts)
-    share = np.empty((parts, len(points)))
+        return np.broadcast_to(clear.astype(float), (replicas, len(points)))
+    nets = Nets(rays, 2, seed, replicas)
+    share = np.empty((replicas, len(points)))
 
     def work(start: int, stop: int) -> None:
         square = nets.draw(start, stop)
-        few = max(1, POINTS_PER_SLICE // (rays * parts))
+        few = max(1, POINTS_PER_SLICE // (rays * replicas))
         for first in range(start, stop, few):
-            part = slice(first, min(first + few, stop))
-            origins = each[part] if each.shape[1] == 1 else np.repeat(each[part], rays, axis=1)
-            targets, stands = luminaire.aimed(origins, square[part.start - start:part.stop - start])
-            weight = stands * luminaire.brought(origins, normals[part, None], targets)
+            some = slice(first, min(first + few, stop))
+            origins = each[some] if each.shape[1] == 1 else np.repeat(each[some], rays, axis=1)
+            targets, stands = luminaire.aimed(origins, square[some.start - start:some.stop - start])
+            weight = stands * luminaire.brought(origins, normals[some, None], targets)
             past = weight * ray_scene.clear(origins, targets)
-            past, total = (np.einsum("kpr->pk", w.reshape(-1, parts, rays)) for w in (past, weight))
-            share[:, part] = past / np.where(total > 0, total, 1.0)
+            past, total = (np.einsum("kpr->pk", w.reshape(-1, replicas, rays)) for w in (past, weight))
+            share[:, some] = past / np.where(total > 0, total, 1.0)
 
-    in_threads(work, len(points), max(1, CHUNK // (rays * parts)))
+    in_threads(work, len(points), max(1, CHUNK // (rays * replicas)))
     return share
 
 
@@ -121,17 +121,17 @@ def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np
 
 def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire],
               ray_scene: RayScene | None, seed: tuple[int, ...], rays: int = SHADOW_RAYS,
-              origins: np.ndarray | None = None, parts: int = 1,
+              origins: np.ndarray | None = None, replicas: int = 1,
               around: np.ndarray | None = None, bare: np.ndarray | None = None) -> np.ndarray:
-    """Illuminance per lumen at points (parts, k, n_luminaires) [m⁻²], shadows included.
+    """Illuminance per lumen at points (replicas, k, n_luminaires) [m⁻²], shadows included.
 
-    visibility : None where nothing can stand between; rays : to each luminaire, in each of `parts`
-    independent nets; origins : where rays start, (k, 3) [m], or (k, parts, 3), one place for each part; else
+    visibility : None where nothing can stand between; rays : to each luminaire, in each of `replicas`
+    independent nets; origins : where rays start, (k, 3) [m], or (k, replicas, 3), one for each replica; else
     off the points along their normals; around : (k, c, 3) corners of what holds all of those; bare :
     (k, n_luminaires) [m⁻²] without shadows, where that is known already.
     """
     bare = unoccluded(points, normals, luminaires) if bare is None else bare
-    factors = np.repeat(bare[None], parts, axis=0)
+    factors = np.repeat(bare[None], replicas, axis=0)
     if ray_scene is not None:
         around = points[:, None] if around is None else around
         lifted = ray_scene.off(points, normals) if origins is None else origins
@@ -139,14 +139,14 @@ def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminair
             lit = np.flatnonzero(factors[0, :, index] > 0)
             lit = lit[may_be_shadowed(around[lit], normals[lit], luminaire, ray_scene.mesh.obstacles)]
             factors[:, lit, index] *= visible_share(lifted[lit], normals[lit], luminaire, ray_scene,
-                                                    rays, (*seed, index), parts)
+                                                    rays, (*seed, index), replicas)
     return factors
 
 
 def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire],
                       ray_scene: RayScene | None, seed: tuple[int, ...],
-                      parts: int) -> tuple[np.ndarray, np.ndarray]:
-    """Mean illuminance of each patch per lumen (parts, n_patches, n_luminaires) [m⁻²], in so many
+                      replicas: int) -> tuple[np.ndarray, np.ndarray]:
+    """Mean illuminance of each patch per lumen (replicas, n_patches, n_luminaires) [m⁻²], in so many
     independent samples: one where nothing can stand between.
 
     In closed form where nothing stands between; times the share that gets past what does. All
@@ -154,7 +154,7 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
     from that sum before (n_luminaires,).
     """
     live = np.flatnonzero(exchange.areas > 0)
-    mean = np.zeros((parts, mesh.count, len(luminaires)))
+    mean = np.zeros((replicas, mesh.count, len(luminaires)))
     for index, lum in enumerate(luminaires):
         flux = _unoccluded_on(mesh, live, lum, (*seed, index, 0))
         mean[:, live, index] = flux / exchange.areas[live]
@@ -162,7 +162,7 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
             doubled = np.ceil(np.log2(np.maximum(BRIGHT * flux, 1))).clip(max=MOST)
             for more in np.unique(doubled[flux > 0]).astype(int):
                 lit = live[(flux > 0) & (doubled == more)]
-                mean[:, lit, index] *= _share_on(mesh, lit, lum, ray_scene, (*seed, index, 1, more), parts,
+                mean[:, lit, index] *= _share_on(mesh, lit, lum, ray_scene, (*seed, index, 1, more), replicas,
                                                  PATCH_POINTS << more)
     arrived = exchange.areas @ mean
     return mean / np.where(arrived > 0, arrived, 1.0)[:, None], 1 - arrived.mean(axis=0)
@@ -191,37 +191,37 @@ def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.
 
 
 def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene, seed,
-              parts: int, on_each: int) -> np.ndarray:
-    """Share of a luminaire's light on each patch that gets past what stands between (parts, k), by so many
-    points on each in each part."""
-    points, normals = _points_over(mesh, patch, seed, parts, on_each)
-    share = np.ones((parts, len(patch)))
+              replicas: int, on_each: int) -> np.ndarray:
+    """Share of a luminaire's light on each patch that gets past what stands between (replicas, k), by so many
+    points on each in each replica."""
+    points, normals = _points_over(mesh, patch, seed, replicas, on_each)
+    share = np.ones((replicas, len(patch)))
     maybe = may_be_shadowed(points[:, None], normals, lum, ray_scene.mesh.obstacles)
     some = maybe.reshape(len(patch), -1).any(axis=1)
-    of_some = np.repeat(some, parts * on_each)
+    of_some = np.repeat(some, replicas * on_each)
     points, normals, maybe = points[of_some], normals[of_some], maybe[of_some]
     factors = unoccluded(points, normals, [lum])[:, 0]
     past = factors.copy()
     asked = np.flatnonzero(maybe & (factors > 0))
     past[asked] *= visible_share(ray_scene.off(points[asked], normals[asked]), normals[asked], lum,
                                  ray_scene, PATCH_RAYS, (*seed, 0), 1)[0]
-    past, total = (np.einsum("kpr->pk", x.reshape(-1, parts, on_each)) for x in (past, factors))
+    past, total = (np.einsum("kpr->pk", x.reshape(-1, replicas, on_each)) for x in (past, factors))
     share[:, some] = past / np.where(total > 0, total, 1.0)
     return share
 
 
-def _points_on(mesh: Mesh, patch: np.ndarray, seed, parts: int,
+def _points_on(mesh: Mesh, patch: np.ndarray, seed, replicas: int,
                on_each: int = PATCH_POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """`parts` times so many points all over each patch, and their normals (k · points, 3)."""
-    points = mesh.spread(patch, Nets(on_each, 2, seed, parts).draw(0, len(patch)))
+    """`replicas` times so many points all over each patch, and their normals (k · points, 3)."""
+    points = mesh.spread(patch, Nets(on_each, 2, seed, replicas).draw(0, len(patch)))
     return points.reshape(-1, 3), np.repeat(mesh.normal[patch], points.shape[1], axis=0)
 
 
-def _points_over(mesh: Mesh, unknown: np.ndarray, seed, parts: int, on_each: int
+def _points_over(mesh: Mesh, unknown: np.ndarray, seed, replicas: int, on_each: int
                  ) -> tuple[np.ndarray, np.ndarray]:
     """The same all over each unknown: of gathered facets all over these."""
     if mesh.gathering is None:
-        return _points_on(mesh, unknown, seed, parts, on_each)
-    facet, square = mesh.gathering.pick(unknown, Nets(on_each, 2, seed, parts).draw(0, len(unknown)))
+        return _points_on(mesh, unknown, seed, replicas, on_each)
+    facet, square = mesh.gathering.pick(unknown, Nets(on_each, 2, seed, replicas).draw(0, len(unknown)))
     points = mesh.spread(facet.ravel(), square.reshape(-1, 1, 2))
     return points.reshape(-1, 3), mesh.normal[facet.ravel()]

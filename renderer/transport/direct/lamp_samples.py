@@ -21,13 +21,13 @@ closed form, and only what is hidden of it by rays: what one place on a face bri
 TRIED_POINTS = 4
 """Points of a patch that tell about what each luminaire brings to it."""
 DRAWS, MOST_DRAWS = (16, 64), 1 << 16
-"""Draws of a luminaire from each patch, in each independent part, at least and at most; and of all patches,
+"""Draws of a luminaire from each patch, in each replica, at least and at most; and of all patches,
 about: many small ones average out."""
 DRAWS_PER_SLICE = 1 << 15
 """Worked on at once: what stays in the cache."""
 SURE = 8.0
 """Standard errors of what a luminaire's light on all patches sums to, less of which is no light lost:
-Student's for 1 in 10,000 of as many samples as there are parts."""
+Student's for 1 in 10,000 of as many samples as there are replicas."""
 
 
 @dataclass(frozen=True)
@@ -213,21 +213,21 @@ def about_lit(faces: LampFaces, mesh: Mesh, seed: tuple[int, ...]) -> np.ndarray
 
 
 def draws_of_patch(patches: int) -> int:
-    """Draws of a luminaire from each of so many patches in each independent part, a power of 2."""
+    """Draws of a luminaire from each of so many patches in each replica, a power of 2."""
     return int(2 ** np.floor(np.log2(np.clip(MOST_DRAWS / patches, *DRAWS))))
 
 
 def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], ray_scene: RayScene | None,
-                   seed: tuple[int, ...], parts: int) -> tuple[np.ndarray, np.ndarray]:
+                   seed: tuple[int, ...], replicas: int) -> tuple[np.ndarray, np.ndarray]:
     """As `direct_on_patches`, by draws: as many a patch however many luminaires there are."""
     n, count = mesh.count, len(luminaires)
     if not count:
-        return np.zeros((parts, n, 0)), np.zeros(0)
+        return np.zeros((replicas, n, 0)), np.zeros(0)
     faces = lamp_faces(luminaires)
     table = draw_table(faces, about_lit(faces, mesh, (*seed, 0)))
     draws = draws_of_patch(n)
-    nets = Nets(draws, 5, (*seed, 1), parts)
-    mean = np.zeros((parts, n, count))
+    nets = Nets(draws, 5, (*seed, 1), replicas)
+    mean = np.zeros((replicas, n, count))
 
     def work(start: int, stop: int) -> None:
         patch = start + np.flatnonzero(exchange.areas[start:stop] > 0)
@@ -243,15 +243,15 @@ def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], 
         places = places if ray_scene is None else ray_scene.off(places, normals)
         lamp, light = next_event(faces, table, row, places, normals,
                                  square[..., 2:].reshape(-1, 3), ray_scene)
-        part = np.tile(np.repeat(np.arange(parts), draws), len(patch))
-        cell = (part * (stop - start) + np.repeat(patch - start, square.shape[1])) * count + lamp
-        tallied = np.bincount(cell, light / draws, parts * (stop - start) * count)
-        mean[:, start:stop] = tallied.reshape(parts, stop - start, count)
+        replica = np.tile(np.repeat(np.arange(replicas), draws), len(patch))
+        cell = (replica * (stop - start) + np.repeat(patch - start, square.shape[1])) * count + lamp
+        tallied = np.bincount(cell, light / draws, replicas * (stop - start) * count)
+        mean[:, start:stop] = tallied.reshape(replicas, stop - start, count)
 
-    in_threads(work, n, max(1, DRAWS_PER_SLICE // (draws * parts)))
+    in_threads(work, n, max(1, DRAWS_PER_SLICE // (draws * replicas)))
     arrived = exchange.areas @ mean
     lost = 1 - arrived.mean(axis=0)
-    doubt = SURE * arrived.std(axis=0, ddof=1) / np.sqrt(parts) if parts > 1 else 0.0
+    doubt = SURE * arrived.std(axis=0, ddof=1) / np.sqrt(replicas) if replicas > 1 else 0.0
     lost = np.sign(lost) * np.maximum(np.abs(lost) - doubt, 0.0)
     whole = arrived.mean(axis=0)
     return mean / np.where(whole > 0, whole, 1.0), lost

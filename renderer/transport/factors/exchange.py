@@ -135,7 +135,9 @@ class Exchange:
     leak : largest share of a patch's light that meets no surface's front
     worst_patch : of which patch
     kept : what solves leave for the next one
-    lost : (n,) that share of each patch, where rays tell
+    lost : (n,) that share of each patch, where rays are cast
+    unobstructed : (n_pairs,) what doubtful pairs would exchange with nothing between them [m²]; None where
+        no rays go between pairs
     """
 
     areas: np.ndarray
@@ -147,6 +149,7 @@ class Exchange:
     worst_patch: int
     kept: dict = field(default_factory=dict, repr=False)
     lost: np.ndarray | None = None
+    unobstructed: np.ndarray | None = None
 
     @property
     def single(self) -> bool:
@@ -172,8 +175,9 @@ class Exchange:
                       "diagonal": self.matrix.diagonal}
         errors = np.array([self.closure_error, self.reciprocity_error, self.leak])
         worst = np.array([*self.worst_pair, self.worst_patch])
-        lost = {} if self.lost is None else {"lost": self.lost}
-        return {"areas": self.areas, "errors": errors, "worst": worst, **lost, **matrix}
+        some = {"lost": self.lost, "unobstructed": self.unobstructed}
+        some = {name: array for name, array in some.items() if array is not None}
+        return {"areas": self.areas, "errors": errors, "worst": worst, **some, **matrix}
 
 
 def between_patches(of_groups: Exchange, gathering: Gathering) -> Exchange:
@@ -192,7 +196,7 @@ def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
     *pair, patch = (int(k) for k in arrays["worst"])
     closure, unequal, leak = map(float, arrays["errors"])
     return Exchange(arrays["areas"], matrix, closure, unequal, tuple(pair), leak, patch,
-                    lost=arrays.get("lost"))
+                    lost=arrays.get("lost"), unobstructed=arrays.get("unobstructed"))
 
 
 def better_dense(n: int, entries: int) -> bool:

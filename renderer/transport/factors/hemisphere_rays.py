@@ -30,8 +30,8 @@ Rows = Callable[[Mesh, Nets, int], Iterable[tuple[int, np.ndarray, int]]]
 what `cast_rows` says of it, and how many rays that took."""
 
 
-def independent_parts(patches: int, rays: int) -> int:
-    """In how many independent parts so many rays a patch are drawn; 1 for none."""
+def independent_replicas(patches: int, rays: int) -> int:
+    """Number of independent repeats that the rays of each patch are drawn in; 1 for none. rays : a patch"""
     return REPLICAS if rays >= FEW * REPLICAS and patches <= MANY else 1
 
 
@@ -48,8 +48,8 @@ def cast(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...],
     rays : a power of 2, in independent nets one after the other; elsewhere : casts SENT rays and more.
     """
     n = mesh.count
-    parts = independent_parts(n, rays)
-    nets = Nets(rays // parts, 4, seed, parts)
+    replicas = independent_replicas(n, rays)
+    nets = Nets(rays // replicas, 4, seed, replicas)
     hits = np.empty((n, rays), dtype=np.int32)
     step = max(1, CHUNK // rays)
 
@@ -179,6 +179,21 @@ def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -
 
     in_threads(weigh, len(hits), step)
     return counts, between.sum(axis=0).reshape(surfaces, surfaces)
+
+
+def change_of_replicas(mesh: Mesh, exchange: Exchange, hits: np.ndarray, replicas: int,
+                       x: np.ndarray) -> np.ndarray:
+    """Product with x (n, k) of each replica of the rays by itself, less that of all rays (replicas, n, k).
+
+    hits : from `cast`
+    """
+    open_ = openness(hits, mesh.unknowns.exposed_share)
+    whole = exchange.matrix @ x
+    more = np.empty((replicas, *x.shape))
+    for replica, met in enumerate(np.split(hits, replicas, axis=1)):
+        given, _ = tallied(mesh, met, exchange.areas, open_.lost)
+        more[replica] = given @ x + given.T @ x - whole
+    return more
 
 
 def look_round(points: np.ndarray, normals: np.ndarray, ray_scene: RayScene, rays: int,

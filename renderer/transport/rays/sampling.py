@@ -10,7 +10,7 @@ import numpy as np
 BITS, SINGLE = 30, 23
 """Of a coordinate; and in single precision, where a half is added to the last."""
 REPLICAS = 8
-"""Independent parts that whatever is sampled is drawn in; how far they differ is the sampling error."""
+"""Independent replicas that whatever is sampled is drawn in; how far they differ is the sampling error."""
 
 
 class Stream(IntEnum):
@@ -37,42 +37,42 @@ class Stream(IntEnum):
 class Nets:
     """Nets of `n` points in [0, 1)^dimensions, each a Sobol net with a digital shift of its own.
 
-    n : a power of 2; parts : independent nets of n points in each draw. Equal seeds give equal nets.
+    n : a power of 2; replicas : independent nets of n points in each draw. Equal seeds give equal nets.
     (Sobol 1967; the shift makes them independent, so that their errors average out and can be measured.)
     """
 
-    def __init__(self, n: int, dimensions: int, seed: tuple[int, ...], parts: int = 1):
+    def __init__(self, n: int, dimensions: int, seed: tuple[int, ...], replicas: int = 1):
         self._seed = seed
-        self._nets = _scrambled(n, dimensions, seed, parts)
+        self._nets = _scrambled(n, dimensions, seed, replicas)
 
     def draw(self, start: int, stop: int) -> np.ndarray:
-        """Nets for items start to stop (stop − start, parts · n, dimensions): alike for equal `start`,
+        """Nets for items start to stop (stop − start, replicas · n, dimensions): alike for equal `start`,
         whichever core asks first."""
-        parts, n, dimensions = self._nets.shape
-        shifted = (self._nets ^ self._shift(start, stop)).reshape(stop - start, parts * n, dimensions)
+        replicas, n, dimensions = self._nets.shape
+        shifted = (self._nets ^ self._shift(start, stop)).reshape(stop - start, replicas * n, dimensions)
         return shifted * 2.0**-BITS + 2.0 ** -(BITS + 1)
 
     def coordinates(self, start: int, stop: int) -> np.ndarray:
-        """The same by coordinate (dimensions, stop − start, parts · n), in single precision."""
-        parts, n, dimensions = self._nets.shape
+        """The same by coordinate (dimensions, stop − start, replicas · n), in single precision."""
+        replicas, n, dimensions = self._nets.shape
         nets, shift = (np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in (
             self._nets, self._shift(start, stop)))
         shifted = nets[:, None] ^ shift
         shifted >>= BITS - SINGLE
-        square = shifted.reshape(dimensions, stop - start, parts * n).astype(np.float32)
+        square = shifted.reshape(dimensions, stop - start, replicas * n).astype(np.float32)
         square += 0.5
         square *= 2.0**-SINGLE
         return square
 
     def _shift(self, start: int, stop: int) -> np.ndarray:
-        parts, n, dimensions = self._nets.shape
+        replicas, n, dimensions = self._nets.shape
         random = np.random.default_rng((*self._seed, start, n))
-        return random.integers(2**BITS, size=(stop - start, parts, 1, dimensions), dtype=np.uint32)
+        return random.integers(2**BITS, size=(stop - start, replicas, 1, dimensions), dtype=np.uint32)
 
 
 @lru_cache(maxsize=64)
-def _scrambled(n: int, dimensions: int, seed: tuple[int, ...], parts: int) -> np.ndarray:
-    """Scrambled nets (parts, n, dimensions), in units of 2**-BITS: every meter of a room has the same.
+def _scrambled(n: int, dimensions: int, seed: tuple[int, ...], replicas: int) -> np.ndarray:
+    """Scrambled nets (replicas, n, dimensions), in units of 2**-BITS: every meter of a room has the same.
 
     Each of n = 2**m points is the sum modulo 2 of the direction numbers that its index names; these are
     scrambled by a random lower triangular matrix for each dimension (J. Matoušek, J. Complexity 14, 1998).
@@ -80,13 +80,13 @@ def _scrambled(n: int, dimensions: int, seed: tuple[int, ...], parts: int) -> np
     """
     m = int(n).bit_length() - 1
     random = np.random.default_rng(seed)
-    matrices = np.tril(random.integers(2, size=(parts, dimensions, BITS, BITS)), -1)
+    matrices = np.tril(random.integers(2, size=(replicas, dimensions, BITS, BITS)), -1)
     matrices += np.eye(BITS, dtype=int)
     # The first digit counts halves.
     digits = _directions()[:dimensions, :m, None] >> np.arange(BITS)[::-1] & 1
     scrambled = np.einsum("pdij,dkj->pdki", matrices, digits) % 2
     directions = (scrambled << np.arange(BITS)[::-1]).sum(axis=-1).astype(np.uint32)
-    nets = np.zeros((parts, n, dimensions), dtype=np.uint32)
+    nets = np.zeros((replicas, n, dimensions), dtype=np.uint32)
     for k in range(m):
         nets[:, 1 << k:2 << k] = nets[:, :1 << k] ^ directions[:, None, :, k]
     return nets
