@@ -16,7 +16,7 @@ import numpy as np
 import renderer
 from renderer.readings.photometer import make_meter
 from renderer.transport.factors.contour import point_factors
-from renderer.transport.mesh.build import build as meshing
+from renderer.transport.mesh import build as meshing
 from renderer.transport.radiosity.solve import radiosity
 from renderer.transport.transport import compute_transport
 

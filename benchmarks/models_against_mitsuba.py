@@ -23,7 +23,7 @@ import trimesh
 import renderer
 from renderer.scene.model_files.model import read_model
 from renderer.scene.model_files.read import read_polygons
-from renderer.scene.model_files.triangulate import triangulated
+from renderer.scene.model_files.triangulate import triangles_of_polygons
 from renderer.scene.scene import Scene
 from renderer.studies.peers import mitsuba3
 from renderer.studies.peers.export import MAX_EDGE, CannotRun, Handover, Surface, hand_over
@@ -78,7 +78,7 @@ def room(path: Path, place: np.ndarray, up: str | None, units: str | None) -> tu
 def read_triangles(path: Path, scale: float, units: str | None = None, up: str | None = None) -> np.ndarray:
     """Triangles (k, 3, 3) [m] of a file's polygons, each as the file has it."""
     file = read_polygons(path, "", scale, units, up, path.parent)
-    return file.vertices[triangulated(file.vertices, file.corners, file.sizes)[0]]
+    return file.vertices[triangles_of_polygons(file.vertices, file.corners, file.sizes)[0]]
 
 
 def met(triangles: np.ndarray, place: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

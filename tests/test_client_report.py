@@ -5,7 +5,7 @@ import shutil
 import pytest
 from conftest import PANEL
 
-from renderer.records.requirements import MET, NOT_MET, OPEN, Check
+from renderer.records.requirements import MET, NOT_MET, UNDECIDED, Check
 from renderer.scene.reading import load
 from renderer.solving.transport_store import TransportStore
 from renderer.studies.client_report import client_report
@@ -33,8 +33,8 @@ PLANE = {"name": "plane", "origin": [0.5, 0.5, 0.8], "u": [3, 0, 0], "v": [0, 3,
 
 
 @pytest.mark.parametrize(("key", "asked", "value", "bar", "verdict"), [
-    ("mean_lx", 500, 510, 5, MET), ("mean_lx", 500, 490, 5, NOT_MET), ("mean_lx", 500, 497, 5, OPEN),
-    ("ugr", 19, 18.0, 0.1, MET), ("ugr", 19, 19.05, 0.1, OPEN), ("ugr", 19, 22.0, 0.1, NOT_MET),
+    ("mean_lx", 500, 510, 5, MET), ("mean_lx", 500, 490, 5, NOT_MET), ("mean_lx", 500, 497, 5, UNDECIDED),
+    ("ugr", 19, 18.0, 0.1, MET), ("ugr", 19, 19.05, 0.1, UNDECIDED), ("ugr", 19, 22.0, 0.1, NOT_MET),
     ("uniformity", 0.6, 0.6, 0.0, MET), ("cri", 80, None, 0.0, NOT_MET)])
 def test_a_requirement_is_met_by_more_than_the_bar(key, asked, value, bar, verdict):
     assert Check("plane", key, asked, value, bar).verdict == verdict

@@ -9,7 +9,13 @@ import renderer
 from renderer.colour.bands import K_M, band_average, band_set
 from renderer.colour.lamps import band_flux, illuminant, power_at_1_nm, spectral_flux
 from renderer.colour.tables import cie_1931, munsell_chips
-from renderer.readings.alpha_opic import RECEPTORS, alpha_opic, daylight_ratio, efficacy, equivalent_daylight
+from renderer.readings.alpha_opic import (
+    RECEPTORS,
+    alpha_opic_irradiance,
+    daylight_ratio,
+    efficacy,
+    equivalent_daylight,
+)
 from renderer.readings.colorimetry import colour_of
 from renderer.readings.spectrum import reconstructed
 from renderer.records.json_records import lamps_record, reading_record
@@ -53,7 +59,7 @@ def test_daylight_is_its_own_equivalent():
     assert K_M * power @ OBSERVER[:, 1] == pytest.approx(500.0, rel=1e-12)
     np.testing.assert_allclose(equivalent_daylight(power), 500.0, rtol=1e-12)
     np.testing.assert_allclose(daylight_ratio(power), 1.0, rtol=1e-12)
-    np.testing.assert_allclose(alpha_opic(2 * power), 2 * alpha_opic(power), rtol=1e-12)
+    np.testing.assert_allclose(alpha_opic_irradiance(2 * power), 2 * alpha_opic_irradiance(power), rtol=1e-12)
 
 
 def test_direct_light_of_two_lamps_is_exact(room):

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats.qmc import Sobol
 
 import renderer
-from renderer.readings.final_gather import REPLICAS as GATHERED
+from renderer.readings.final_gather import PATH_REPLICAS as GATHERED
 from renderer.readings.final_gather import gather
 from renderer.readings.photometer import place
 from renderer.readings.uncertainty import rare_half_width

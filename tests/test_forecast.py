@@ -11,7 +11,7 @@ import pytest
 from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import load
 from renderer.solving import plan
-from renderer.solving.forecast import START, forecast
+from renderer.solving.forecast import START_SECONDS, forecast
 from renderer.solving.measure import read_grid
 from renderer.solving.plan import Plan
 from renderer.solving.refine import finer, solve_and_read, solve_until
@@ -109,7 +109,7 @@ def test_the_next_plan_is_for_the_figure_known_least_well():
 def test_seconds_are_what_a_run_then_takes_on_the_machine_as_it_is(room, accuracy):
     # Three times, not two: other work may come and go between the two measurements.
     scene = room(0.5, objects=[CRATE], photometers=[METER], grids=[PLANE])
-    said = forecast(scene, "31", accuracy).seconds - START
+    said = forecast(scene, "31", accuracy).seconds - START_SECONDS
     started = time.perf_counter()
     run(scene, "31", accuracy)
     taken = time.perf_counter() - started

@@ -161,7 +161,7 @@ def test_whole_faces_exchange_what_the_closed_form_says(room):
     floor, ceiling = mesh.surface == 0, mesh.surface == 1
     got = exchange.matrix[np.ix_(floor, ceiling)].sum() / 16
     # Far pairs are seen from their middles: 1 m patches at 3 m err by some (1/3)²/12 before
-    # balancing shares the rest; near ones are exact.
+    # balancing view_shares the rest; near ones are exact.
     assert got == pytest.approx(FORM_FACTORS["room 4x4x3 floor to ceiling"], rel=5e-3)
 
 

@@ -11,7 +11,7 @@ import renderer
 from renderer.readings.photometer import make_meter
 from renderer.solving.radiosity_field import distinct_bands
 from renderer.transport.factors.exchange import Exchange
-from renderer.transport.radiosity.solve import TOLERANCE, radiosity
+from renderer.transport.radiosity.solve import RESIDUAL_TOLERANCE, radiosity
 
 UP = [0.0, 0.0, 1.0]
 
@@ -34,9 +34,9 @@ def test_a_chosen_radiosity_is_found_again(n, seed, largest):
     chosen = rho * random.random((n, 4))
     wanted = np.where(rho > 0, chosen / np.where(rho > 0, rho, 1), 0) - exchange.irradiance(chosen)
     got, _ = radiosity(exchange, rho, wanted)
-    # The residual is TOLERANCE of the right side, which is at most 1 + 1 a patch; it grows by
+    # The residual is RESIDUAL_TOLERANCE of the right side, which is at most 1 + 1 a patch; it grows by
     # 1/(1 − ρ) and by the spread of the areas (a few).
-    np.testing.assert_allclose(got, chosen, atol=50 * TOLERANCE * np.sqrt(n) / (1 - largest))
+    np.testing.assert_allclose(got, chosen, atol=50 * RESIDUAL_TOLERANCE * np.sqrt(n) / (1 - largest))
 
 
 @settings(deadline=None, max_examples=40)
@@ -55,7 +55,7 @@ def test_a_room_of_one_paint_is_what_elimination_says(n, seed, largest, almost):
     wanted = np.stack([np.linalg.solve(np.eye(n) - rho[:, [b]] * factors, (rho * direct)[:, b])
                        for b in range(7)], axis=1)
     # As above.
-    np.testing.assert_allclose(got, wanted, atol=50 * TOLERANCE * np.sqrt(n) / (1 - largest))
+    np.testing.assert_allclose(got, wanted, atol=50 * RESIDUAL_TOLERANCE * np.sqrt(n) / (1 - largest))
     np.testing.assert_allclose(received, factors @ got, atol=1e-12 / (1 - largest))
 
 
@@ -90,7 +90,7 @@ def test_a_second_paint_multiplies_nothing_anew():
         np.testing.assert_array_equal(got, alone)  # to the last digit, whatever came before
         wanted = np.stack([np.linalg.solve(np.eye(n) - rho[:, [b]] * factors, (rho * direct)[:, b])
                            for b in range(5)], axis=1)
-        np.testing.assert_allclose(got, wanted, atol=50 * TOLERANCE * np.sqrt(n) / (1 - paint))
+        np.testing.assert_allclose(got, wanted, atol=50 * RESIDUAL_TOLERANCE * np.sqrt(n) / (1 - paint))
         return matrix.columns - before
 
     first = columns(0.5, one_lamp)

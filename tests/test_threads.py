@@ -8,7 +8,7 @@ import pytest
 from renderer.system import threads
 from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads, run_concurrently
-from renderer.transport.rays.sampling import SINGLE, Nets
+from renderer.transport.rays.sampling import SINGLE_BITS, Nets
 
 
 @pytest.mark.parametrize("n", [0, 1, 7, 1000])
@@ -65,5 +65,5 @@ def test_points_by_coordinate_are_those_of_the_net_in_single_precision():
     by_coordinate = nets.coordinates(5, 25)
     assert by_coordinate.dtype == np.float32
     assert ((by_coordinate > 0) & (by_coordinate < 1)).all()
-    # Cut to SINGLE bits and half a last one added, where the net has its own half of a 30th.
-    assert np.abs(by_coordinate - np.moveaxis(nets.draw(5, 25), -1, 0)).max() <= 2.0 ** -(SINGLE + 1)
+    # Cut to SINGLE_BITS bits and half a last one added, where the net has its own half of a 30th.
+    assert np.abs(by_coordinate - np.moveaxis(nets.draw(5, 25), -1, 0)).max() <= 2.0 ** -(SINGLE_BITS + 1)

@@ -1,10 +1,12 @@
-"""What flat polygons and points exchange, exactly, nothing standing between.
+"""Exact exchange of light between flat polygons and points, with nothing between them.
 
-From a point: Lambert's formula (Lambert 1760; Baum, Rushmeier and Winget 1989, eq. 8), the polygon
-clipped at the point's horizon. Between two polygons: the double contour integral of Stokes'
-theorem (Howell, Mengüç, Daun and Siegel, Thermal Radiation Heat Transfer, eq. 4.42), in closed form for
-edges that are parallel; for others one of its integrals, and the other by Gauss' rule with nodes drawn to
-the ends, where the integrand of touching polygons is singular.
+From a point: Lambert's formula (Lambert 1760; Baum, Rushmeier and Winget 1989, eq. 8), the polygon clipped at
+the point's horizon. Between two polygons: the double contour integral of Stokes' theorem (Howell, Mengüç,
+Daun and Siegel, Thermal Radiation Heat Transfer, eq. 4.42). Parallel edges have both integrals in closed
+form; other edges have one, and the other by Gauss' rule with nodes drawn toward the ends, where the integrand
+of touching polygons is singular.
+
+Arrays here are by coordinate, corner and then pair, so that each step works on a long run of numbers.
 """
 
 from functools import cache
@@ -14,29 +16,20 @@ import numpy as np
 from renderer.system.threads import in_threads
 
 HORIZON = 2e-9
-"""Heights above a point's tangent plane below this, relative to the room, count as in the plane."""
-PARALLEL_EDGES = 1e-12
-"""Edges that turn from each other by less have their integral in closed form."""
+"""Height above a point's tangent plane, relative to the room, up to which a corner counts as in the plane."""
 GAUSS_NODES = 48
-"""Of other edges, drawn to their ends: factors of triangles that touch are then right to 1e-6, of slivers to
-1e-4 (docs/decisions.md, D4)."""
-FAR_POLYGON_NODES = ((1.5, 6), (1.01, 12))
-"""Polygons whose middles are so many times their two radii apart do with so few nodes, not drawn to the
-ends: 1e-5 of what they exchange at worst."""
-PAIRS_PER_SLICE = 1 << 11
-"""Pairs of polygons worked on at once."""
-NODES_PER_SLICE = 1 << 13
-"""Nodes of double contour integrals, or corners of polygons worked on at once."""
+"""Nodes on an edge that is not parallel to the other, drawn toward its ends. Factors of triangles that touch
+then err by 1e-6, of slivers by 1e-4 (docs/decisions.md, D4)."""
 
 
 def _dot(a, b) -> np.ndarray:
-    """Of vectors given by coordinate (3, …)."""
+    """Dot product of vectors given by coordinate (3, …)."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _edge(a, b, normal) -> np.ndarray:
-    """Share of Lambert's sum (…) of an edge from a to b as seen from where a surface of that unit normal is;
-    all by coordinate (3, …)."""
+    """Contribution (…) of an edge from a to b to Lambert's sum, seen from a surface of unit `normal` at the
+    origin; all (3, …)."""
     across = [a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)]
     sine = np.sqrt(_dot(across, across))
     angle = np.arctan2(sine, _dot(a, b))
@@ -46,9 +39,10 @@ def _edge(a, b, normal) -> np.ndarray:
 
 
 def polygon_factors(points: np.ndarray, normals: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Form factor from each point to its own polygon's front (k,), occlusion left out.
+    """Form factor from each point to the front of its own polygon (k,), with nothing between.
 
-    points, normals : (k, 3); corners : (k, c, 3), convex, counter-clockwise seen from the front.
+    points, normals : (k, 3) [m]
+    corners : (k, c, 3) [m], convex, counter-clockwise seen from the front
     """
     factors = np.empty(len(points))
 
@@ -64,13 +58,17 @@ def polygon_factors(points: np.ndarray, normals: np.ndarray, corners: np.ndarray
         total[cut] = _cut(reach[..., cut], height[:, cut], normal[:, cut])
         factors[start:stop] = np.where(high <= 0, 0.0, np.clip(-total / (2 * np.pi), 0.0, 1.0))
 
-    in_threads(work, len(points), NODES_PER_SLICE // 2)
+    in_threads(work, len(points), 1 << 12)
     return factors
 
 
 def _cut(reach: np.ndarray, height: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Lambert's sum (k,) for polygons that the horizon cuts: their corners (c, 3, k), these above it (c, k),
-    and the normal (3, k)."""
+    """Lambert's sum (k,) for polygons that the horizon cuts.
+
+    reach : (c, 3, k) from the points to the corners
+    height : (c, k) of the corners above the horizon
+    normal : (3, k) unit
+    """
     above = height >= 0
     out, back, total = np.zeros_like(normal), np.zeros_like(normal), np.zeros(len(normal.T))
     for k in range(len(reach)):
@@ -86,8 +84,10 @@ def _cut(reach: np.ndarray, height: np.ndarray, normal: np.ndarray) -> np.ndarra
 
 
 def exchanged(places: np.ndarray, normals: np.ndarray, others: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """cos θ cos θ′ / r² (…) [m⁻²], which small pieces at places and others, of these normals, exchange over
-    the area of both; all (…, 3), of shapes that broadcast."""
+    """cos θ cos θ′ / r² (…) [m⁻²]: the exchange of two small surfaces over the area of both.
+
+    places, others : (…, 3) [m], where they are; normals, theirs : (…, 3) unit; all of shapes that broadcast
+    """
     reach = [others[..., k] - places[..., k] for k in range(3)]
     distance2 = sum(x * x for x in reach)
     np.maximum(distance2, 1e-150, out=distance2)  # its square is no 0
@@ -98,12 +98,11 @@ def exchanged(places: np.ndarray, normals: np.ndarray, others: np.ndarray, their
 
 
 def exchange_areas(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """A_i F_ij of pairs of polygons (k,) [m²], touching ones included, occlusion left out.
+    """Exchange area A_i F_ij of pairs of polygons (k,) [m²], with nothing between; they may touch.
 
-    a, b : (k, c, 3) and (k, d, 3) [m], the smaller first, on whose slanted edges the nodes are. Neither may
-    reach behind the other.
+    a, b : (k, c, 3) and (k, d, 3) [m], the smaller first, since the nodes are on its edges. Neither may reach
+        behind the other.
     """
-    # By component, corner and then pair, so that whatever is worked on is a long run of numbers.
     a, b = np.ascontiguousarray(a.T), np.ascontiguousarray(b.T)
     areas = np.empty(a.shape[-1])
 
@@ -118,24 +117,26 @@ def exchange_areas(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         along, reach = along[:, f, pair], ours[:, e, pair] - theirs[:, f, pair]
         ahead = _dot(reach, along)
         aside, turn = reach - ahead * along, edge - shadow * along
-        slanted = np.flatnonzero(_dot(turn, turn) > PARALLEL_EDGES**2 * _dot(edge, edge))
+        # Edges that turn from each other by less than 1e-12 are parallel.
+        slanted = np.flatnonzero(_dot(turn, turn) > 1e-24 * _dot(edge, edge))
         inner = _parallel(ahead, _dot(aside, aside), shadow, length)
         needed = _nodes_needed(ours, theirs)[pair[slanted]] if len(slanted) else slanted
         for count in np.unique(needed):
             some, (nodes, weights) = slanted[needed == count], _nodes(int(count))
-            for first in range(0, len(some), NODES_PER_SLICE // count):
-                k = some[first:first + NODES_PER_SLICE // count]
+            step = (1 << 13) // count
+            for first in range(0, len(some), step):
+                k = some[first:first + step]
                 inner[k] = shadow[k] * (weights @ _log_distance(ahead[k], aside[:, k], turn[:, k], shadow[k],
                                                                 length[k], nodes))
         areas[start:stop] = np.abs(np.bincount(pair, inner, stop - start)) / (2 * np.pi)
 
-    in_threads(work, len(areas), PAIRS_PER_SLICE)
+    in_threads(work, len(areas), 1 << 11)
     return areas
 
 
 @cache
 def _nodes(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """So many nodes and weights of Gauss' rule on 0 to 1; the most drawn to its ends."""
+    """Nodes and weights (count,) of Gauss' rule on 0 to 1; those of GAUSS_NODES are drawn toward the ends."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     nodes, weights = (nodes + 1) / 2, weights / 2
     if count == GAUSS_NODES:
@@ -144,29 +145,28 @@ def _nodes(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _nodes_needed(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """How many nodes slanted edges of pairs of polygons (3, c, k) and (3, d, k) need (k,)."""
+    """Number of nodes on the edges of pairs of polygons (3, c, k) and (3, d, k), (k,)."""
     middles = [polygon.mean(axis=1) for polygon in (ours, theirs)]
     spans = [polygon - middle[:, None] for polygon, middle in zip((ours, theirs), middles, strict=True)]
     reach = sum(np.sqrt(_dot(span, span).max(axis=0)) for span in spans)
     middle = middles[1] - middles[0]
     apart = np.sqrt(_dot(middle, middle))
-    return np.select(
-        [apart >= times * reach for times, _ in FAR_POLYGON_NODES],
-        [few for _, few in FAR_POLYGON_NODES],
-        GAUSS_NODES,
-    )
+    # Fewer nodes, not drawn to the ends, leave 1e-5 of what far polygons exchange at worst.
+    return np.select([apart >= 1.5 * reach, apart >= 1.01 * reach], [6, 12], GAUSS_NODES)
 
 
 def _apart(across2: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """Squares of distances from segments' lines: rounding leaves some 1e-16 of the offset² on the line."""
+    """Squared distances from lines (k,), those below rounding set to 0: rounding leaves 1e-16 of the squared
+    length."""
     return across2 * (across2 > 1e-14 * length**2)
 
 
 def _parallel(ahead: np.ndarray, across2: np.ndarray, shadow: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """∫∫ ln r over two parallel segments (k,): one from 0 to `length`, one at a distance of which across2 is
-    the square, from `ahead` on by `shadow`, which may be negative.
+    """∫∫ ln r over two parallel segments (k,).
 
-    The second antiderivative of ln √(t² + c²) is (t² − c²)/4 ln(t² + c²) + c t arctan(t/c) − ¾ t².
+    The first goes from 0 to `length`; the second, at a squared distance of `across2`, from `ahead` to `ahead`
+    + `shadow`, which may be negative. The second antiderivative of ln √(t² + c²) is (t² − c²)/4 ln(t² + c²) +
+    c t arctan(t/c) − ¾ t².
     """
     across2 = _apart(across2, length)
     across = np.sqrt(across2)
@@ -187,8 +187,10 @@ def _parallel(ahead: np.ndarray, across2: np.ndarray, shadow: np.ndarray, length
 
 
 def _log_distance(ahead, aside, turn, shadow, length, nodes) -> np.ndarray:
-    """∫ ln r over segments (k,) of their line from 0 to `length`, from points `ahead` + nodes `shadow` along
-    it and `aside` + nodes `turn` (3, k) beside it (m, k)."""
+    """∫ ln r over segments (k,) of a line from 0 to `length`, seen from points (m, k).
+
+    The points are `ahead` + nodes `shadow` along the line and `aside` + nodes `turn` (3, k) beside it.
+    """
     nodes = nodes[:, None]
     s = nodes * shadow
     s += ahead

@@ -1,4 +1,4 @@
-"""What a reading says about colour: chromaticity, temperature, how well its light renders colours."""
+"""Colour of light: chromaticity, correlated colour temperature, colour rendering."""
 
 from functools import cache
 
@@ -8,16 +8,13 @@ from renderer.colour.bands import BandSet
 from renderer.colour.tables import cie_1931
 from renderer.readings.rendering import black_body, colour_rendering, uv_1960
 
-FARTHEST = 0.05
-"""Distance from the Planckian locus (Duv) past which a correlated colour temperature means nothing
-(CIE 15:2018, 9.4)."""
-COLDEST, HOTTEST = 1000.0, 100_000.0
-"""Correlated colour temperatures [K] that are said."""
-ROUNDING = 1e-6
-COLDEST_BODY = 300.0
-"""Temperature [K] at which the locus is cut off: by then it is the spectrum's red end."""
-GOLDEN = (np.sqrt(5) - 1) / 2
+MAX_DUV = 0.05
+"""Distance from the Planckian locus (Duv) above which a correlated colour temperature has no meaning (CIE
+15:2018, 9.4)."""
+MIN_CCT, MAX_CCT = 1000.0, 100_000.0
+"""Range of correlated colour temperatures [K] that are reported."""
 COLOUR = ("xy", "cct_K", "duv", "cri_ra", "cri_r9", "tm30_rf", "tm30_rg")
+"""Names of the colour quantities, as in records."""
 
 
 def chromaticity(irradiance: np.ndarray, bands: BandSet) -> tuple[float, float] | None:
@@ -30,21 +27,23 @@ def _xy(xyz: np.ndarray) -> tuple[float, float] | None:
 
 
 @cache
-def _locus():
-    """The Planckian locus in CIE 1960 u, v as a cubic spline over 1000 K / T, from 0 (infinitely hot) on."""
+def _locus(coldest: float = 300.0):
+    """The Planckian locus in CIE 1960 u, v as a cubic spline over 1000 K / T, from an infinite temperature
+    (0) to `coldest` [K], by which the locus is at the spectrum's red end."""
     from scipy.interpolate import CubicSpline
 
-    inverse = np.concatenate([np.arange(0.0, 0.01, 0.001), np.geomspace(0.01, 1000 / COLDEST_BODY, 600)])
+    inverse = np.concatenate([np.arange(0.0, 0.01, 0.001), np.geomspace(0.01, 1000 / coldest, 600)])
     with np.errstate(divide="ignore"):
         kelvin = 1000 / inverse
     return CubicSpline(inverse, uv_1960(black_body(kelvin) @ cie_1931()[1]))
 
 
 def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, float | None]:
-    """CCT [K] and Duv: the nearest point of the Planckian locus in CIE 1960 u, v (Y. Ohno, Leukos 10,
-    2014), and
-    how far off, positive above it. The locus goes from an infinite temperature to the spectrum's red end, so
-    that Duv has a sign everywhere; CCT is None where it means nothing, both where there is no light.
+    """CCT [K] and Duv of CIE 1931 x, y: the nearest point of the Planckian locus in CIE 1960 u, v, and the
+    distance from it, positive above the locus (Y. Ohno, Leukos 10, 2014).
+
+    The locus extends to the spectrum's red end, so Duv has a sign everywhere. CCT is None outside MIN_CCT to
+    MAX_CCT or MAX_DUV; both are None where there is no light.
     """
     if xy is None:
         return None, None
@@ -54,8 +53,9 @@ def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, fl
     knots = locus.x
     near = int(np.argmin(((locus(knots) - uv) ** 2).sum(axis=1)))
     low, high = knots[max(near - 1, 0)], knots[min(near + 1, len(knots) - 1)]
-    for _ in range(60):  # golden section: the distance has one least value between three knots
-        a, b = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    golden = (np.sqrt(5) - 1) / 2
+    for _ in range(60):  # golden section: the distance has one minimum between three knots
+        a, b = high - golden * (high - low), low + golden * (high - low)
         if ((locus(a) - uv) ** 2).sum() < ((locus(b) - uv) ** 2).sum():
             high = b
         else:
@@ -64,15 +64,15 @@ def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, fl
     offset = uv - locus(at)
     duv = float(np.copysign(np.linalg.norm(offset), offset[1]))  # as ANSI C78.377 has it
     cct = 1000 / at if at > 1e-12 else np.inf
-    white = abs(duv) <= FARTHEST and COLDEST * (1 - ROUNDING) <= cct <= HOTTEST
+    white = abs(duv) <= MAX_DUV and MIN_CCT * (1 - 1e-6) <= cct <= MAX_CCT
     return (float(cct) if white else None), duv
 
 
 def colour_of(power: np.ndarray) -> dict:
-    """The numbers of COLOUR for light (471,) at 360–830 nm, 1 nm, in any unit; None where one
-    means nothing."""
+    """The quantities of COLOUR for light (471,) at 360–830 nm, 1 nm, in any unit; None for one that has no
+    meaning."""
     xy = _xy(power @ cie_1931()[1])
     cct, duv = colour_temperature(xy)
-    # Rendering means something for white light only.
+    # Colour rendering is defined for white light only.
     rendering = (None,) * 4 if cct is None else colour_rendering(power, cct)
     return dict(zip(COLOUR, (None if xy is None else list(xy), cct, duv, *rendering), strict=True))

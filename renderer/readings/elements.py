@@ -1,8 +1,8 @@
-"""Light on the elements that a meter divides surfaces into: its mean over what the meter sees of each.
+"""Mean direct light over what a meter sees of each element that surfaces are divided into.
 
-The light of a near lamp is steep: across an element it may fall to a part, and where a body hides the
-brightest of it from the meter, errors of one sign are left. Taken at the middle of each element it read a
-floor below an opaque uplight 0.28 % low on every mesh, where the bar claimed 0.05 %.
+The light of a near lamp varies much across an element. Where a body hides the brightest of it from the meter,
+errors at the middles of elements have one sign: with them a floor below an opaque uplight read 0.28 % low on
+every mesh, with a bar of 0.05 %.
 """
 
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.radiometry.polygons import exchanged
+from renderer.radiometry.quadrature import GAUSS
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.transport.direct.direct import unoccluded
 from renderer.transport.mesh.mesh import Mesh
@@ -17,23 +18,16 @@ from renderer.transport.rays.sampling import Nets, Stream
 from renderer.transport.sensors import Spread, direct_on
 from renderer.transport.transport import Transport
 
-STEEP = 0.06
-"""An element's half diagonal over its distance to a lamp from which the lamp's light is averaged over it:
-below, light as 1/d⁴ at the middle is within 1 part in 400 of its mean."""
-GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
-QUAD = np.stack([np.repeat(GAUSS, 2), np.tile(GAUSS, 2)], axis=1), np.full(4, 0.25)
-TRIANGLE = np.array([[1, 1], [4, 1], [1, 4], [2, 2]]) / 6, np.array([1, 1, 1, 0]) / 3
-"""Places and weights of Gauss' rule of third degree on a square, of second on a triangle."""
-
 
 @dataclass(frozen=True)
 class Seen:
     """What a meter sees of elements (k).
 
-    share : (replicas, k) that it sees, in replicas
-    middle : (k, 2) of what it sees, as s and t
-    row : (k,) of those below; -1 of elements that are seen whole
-    places, past : (n, replicas, rays, 2) as s and t, and what comes from each to the meter, but for a factor
+    share : (replicas, k) of each element that is seen
+    middle : (k, 2) of what is seen of it, as s and t
+    row : (k,) row of the element in `places` and `past`; -1 for an element that is seen whole
+    places : (n, replicas, rays, 2) ends of the rays, as s and t
+    past : (n, replicas, rays) exchange with the meter of what is seen there, but for a factor
     """
 
     share: np.ndarray
@@ -48,7 +42,10 @@ class Seen:
 
 
 def all_seen(mesh: Mesh, patch: np.ndarray, corners: np.ndarray, replicas: int) -> Seen:
-    """Of elements (k, 4, 2) of patches (k,) between which and the meter nothing stands."""
+    """All of elements that nothing hides from the meter.
+
+    patch : (k,); corners : (k, 4, 2) as s and t
+    """
     triangular = mesh.triangular[patch][:, None]
     middle = np.where(triangular, corners[:, :3].mean(axis=1), corners.mean(axis=1))
     none = np.zeros((0, replicas, 1, 2))
@@ -57,10 +54,12 @@ def all_seen(mesh: Mesh, patch: np.ndarray, corners: np.ndarray, replicas: int) 
 
 def seen_past(seen: Seen, doubtful: np.ndarray, places: np.ndarray, worth: np.ndarray,
               clear: np.ndarray) -> Seen:
-    """The same where rays went to some elements.
+    """What is seen where rays went to some elements.
 
-    doubtful : (n,) of the elements; places : (n, replicas, rays, 2) as s and t
-    worth : (n, replicas, rays) what each would send with nothing between; clear : whether nothing is
+    seen : with nothing between; doubtful : (n,) those elements
+    places : (n, replicas, rays, 2) ends of the rays, as s and t
+    worth : (n, replicas, rays) exchange with the meter with nothing between; clear : whether nothing is
+        between
     """
     past, share, middle, row = worth * clear, seen.share.copy(), seen.middle.copy(), seen.row.copy()
     total = worth.sum(axis=2)
@@ -74,15 +73,17 @@ def seen_past(seen: Seen, doubtful: np.ndarray, places: np.ndarray, worth: np.nd
 
 def element_light(transport: Transport, position: np.ndarray, normal: np.ndarray, patch: np.ndarray,
                   corners: np.ndarray, seen: Seen, rays: int) -> np.ndarray:
-    """Mean illuminance per lumen of what a meter sees of elements (replicas, k, n_luminaires) [m⁻²].
+    """Mean direct illuminance per lumen on what a meter sees of elements (replicas, k, n_luminaires) [m⁻²].
 
-    position, normal : (3,) of the meter; patch, corners : (k,) and (k, 4, 2), as s and t; rays : from each to
-    every luminaire in each replica
+    position, normal : (3,) [m], of the meter
+    patch : (k,); corners : (k, 4, 2) of the elements, as s and t
+    rays : from each element to each luminaire in each replica
     """
     mesh, facing = transport.mesh, transport.mesh.normal[patch]
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     bare = unoccluded(mesh.at(patch, *seen.middle.T), facing, transport.luminaires)
-    steep = near_lamps(transport, patch, world, STEEP) & (bare > 0)
+    # Below 0.06 the light of a near lamp, as 1/d⁴, is at the middle within 1 part in 400 of its mean.
+    steep = near_lamps(transport, patch, world, 0.06) & (bare > 0)
     for index, lum in enumerate(transport.luminaires):
         whole = np.flatnonzero(steep[:, index] & (seen.row < 0))
         st, weight = _gauss(mesh, patch[whole], corners[whole])
@@ -99,17 +100,21 @@ def element_light(transport: Transport, position: np.ndarray, normal: np.ndarray
 
 
 def _gauss(mesh: Mesh, patch: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places (k, 4, 2) as s and t, and weights (k, 4)."""
+    """Nodes of Gauss' rule on elements (k, 4, 2) as s and t, and weights (k, 4): of third degree on a
+    quadrilateral, of second on a triangle."""
     triangular = mesh.triangular[patch][:, None]
+    quad = np.stack([np.repeat(GAUSS, 2), np.tile(GAUSS, 2)], axis=1), np.full(4, 0.25)
+    triangle = np.array([[1, 1], [4, 1], [1, 4], [2, 2]]) / 6, np.array([1, 1, 1, 0]) / 3
     pq, weight = (np.where(triangular[..., None] if x.ndim > 1 else triangular, x, y)
-                  for x, y in zip(TRIANGLE, QUAD, strict=True))
+                  for x, y in zip(triangle, quad, strict=True))
     a, b, d = corners[:, None, 0], corners[:, None, 1], corners[:, None, 3]
     return a + pq[..., :1] * (b - a) + pq[..., 1:] * (d - a), weight
 
 
 def _mean(at: np.ndarray, normals: np.ndarray, weight: np.ndarray, lum: Luminaire,
           otherwise: np.ndarray) -> np.ndarray:
-    """Of a luminaire's light at places (k, n, 3) by weights (k, n), nothing standing between (k,)."""
+    """Mean illuminance per lumen of a luminaire at places (k, n, 3) by weights (k, n), with nothing between
+    (k,); `otherwise` where all weights are 0."""
     k, n = weight.shape
     light = unoccluded(at.reshape(-1, 3), np.repeat(normals, n, axis=0), [lum])[:, 0].reshape(k, n)
     total = weight.sum(axis=1)
@@ -117,8 +122,8 @@ def _mean(at: np.ndarray, normals: np.ndarray, weight: np.ndarray, lum: Luminair
 
 
 def _places(transport: Transport, patch: np.ndarray, corners: np.ndarray, seen: Seen) -> np.ndarray:
-    """Where shadow rays start (k, replicas, 2), as s and t: all over an element seen whole; on others where a
-    ray from the meter came, one drawn by what it brings."""
+    """Starts of shadow rays (k, replicas, 2), as s and t: all over an element seen whole; on another element
+    the end of a ray from the meter, drawn by what it brings."""
     replicas, mesh = len(seen.share), transport.mesh
     square = Nets(replicas, 2, (transport.seed, Stream.PLACES_ON_ELEMENTS, 0)).draw(0, len(patch))
     places = np.stack(mesh.within(patch, corners, square), axis=-1)
@@ -130,20 +135,23 @@ def _places(transport: Transport, patch: np.ndarray, corners: np.ndarray, seen: 
     drawn = (upto <= lot * upto[..., -1:]).sum(axis=2).clip(max=past.shape[2] - 1)
     st = seen.places[seen.row[partly]]
     own = np.take_along_axis(st, drawn[..., None, None], axis=2)[:, :, 0]
-    # A replica that sees nothing of it counts nothing: any place will do.
+    # Where a replica sees nothing of the element, the place has no weight.
     places[partly] = own
     return places
 
 
 def near_lamps(transport: Transport, patch: np.ndarray, world: np.ndarray, most: float) -> np.ndarray:
-    """Which lamps light elements (k, 4, 3) from so near that their half diagonal is more than that share of
-    the distance (k, n_luminaires)."""
+    """Whether each lamp lights an element from so near that its half diagonal is more than a share `most` of
+    the distance (k, n_luminaires).
+
+    patch : (k,); world : (k, 4, 3) [m] corners of the elements
+    """
     middle, normal = world.mean(axis=1), transport.mesh.normal[patch]
     size = np.linalg.norm(world - middle[:, None], axis=2).max(axis=1)
     slack = 1e-9 * transport.mesh.scale
     near = np.zeros((len(patch), len(transport.luminaires)), dtype=bool)
     for index, lum in enumerate(transport.luminaires):
-        # Where a face touches a wall its light is bounded: no finer than a hundredth of the face.
+        # Where a face touches a wall its light has a limit: a hundredth of the face is fine enough.
         near[:, index] = lum.may_light(world, normal, slack) & (
             size > np.maximum(most * lum.distance(middle - lum.center), 0.01 * np.sqrt(lum.area)))
     return near

@@ -1,8 +1,9 @@
-"""Many meters at once, by paths: rays from each meter to what it sees, light straight from the luminaires on
-that, and what arrives there by way of other surfaces from one ray more, which brings the solved radiosity.
+"""Many meters at once, by paths.
 
-So the solved radiosity counts only after it has been reflected; a coarse mesh does (final gathering: M. C.
-Reichert, thesis, Cornell, 1992; next-event estimation: J. T. Kajiya, SIGGRAPH 1986).
+A path goes from the meter to a surface, which luminaires light directly; one more ray from there brings the
+solved radiosity of what it meets. So solved light counts only after one more reflection, and a coarse mesh is
+enough (final gathering: M. C. Reichert, thesis, Cornell, 1992; next-event estimation: J. T. Kajiya, SIGGRAPH
+1986).
 """
 
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from renderer.readings.photometer import Spot
+from renderer.readings.photometer import MeterPlace
 from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads
 from renderer.transport.direct.direct import direct_at
@@ -20,26 +21,22 @@ from renderer.transport.factors.exchange import rows
 from renderer.transport.rays.sampling import Nets, Stream, cosine_directions
 from renderer.transport.transport import Transport
 
-REPLICAS = 16
-"""Independent samples of what meters see: bars by which a reading stops must be known well themselves."""
-RAYS_PER_SLICE = 1 << 14
-"""Paths followed at once: what stays in the cache."""
-PATHS_PER_SHADOW_RAY, SHADOW_RAYS = 2, (32, 1024)
-"""Rays from a meter to each luminaire, that many times fewer than paths in each replica; at least and at
-most."""
-DIMENSIONS = 5
-"""Numbers that each step of a path takes: two of its direction, one that chooses a luminaire, two on its
-face."""
+PATH_REPLICAS = 16
+"""Independent repeats of the paths: more than of other rays, since the bars that decide when a reading stops
+must themselves be known well."""
+NUMBERS_PER_STEP = 5
+"""Random numbers that a step of a path takes: two for its direction, one for the luminaire, two for the place
+on it."""
 
 
 @dataclass(frozen=True)
 class Gather:
-    """What meters see, in REPLICAS independent samples, whatever reflectances and lumens are.
+    """What meters see by paths, in PATH_REPLICAS independent repeats, whatever reflectances and lumens are.
 
-    straight : (REPLICAS, n_meters, n_luminaires) illuminance per lumen straight from each luminaire [m⁻²]
-    direct : one for each step of the paths, (REPLICAS · n_meters · n_combinations, n_luminaires) per lumen,
-        light from luminaires on what is met, by the surfaces met so far
-    beyond : (REPLICAS · n_meters · n_combinations, n_patches) share of what is seen at the end of the paths
+    straight : (replicas, n_meters, n_luminaires) illuminance per lumen straight from each luminaire [m⁻²]
+    direct : for each step of the paths (replicas · n_meters · n_combinations, n_luminaires), light of
+        luminaires on what is met, per lumen, by the surfaces met so far
+    beyond : (replicas · n_meters · n_combinations, n_patches) share of each patch in what is met last
     combinations : for each step (n_combinations, steps) surfaces met so far
     """
 
@@ -49,11 +46,11 @@ class Gather:
     combinations: list[np.ndarray]
 
     def read(self, reflectance: np.ndarray, flux: np.ndarray, radiosities: list[np.ndarray]) -> np.ndarray:
-        """Irradiance by replica, meter, what sends it and band (replicas, n_meters, 1 + n_surfaces,
-        n_bands): the luminaires, and each surface.
+        """Irradiance by replica, meter, sender and band (replicas, n_meters, 1 + n_surfaces, n_bands);
+        senders are the luminaires together, and each surface.
 
         reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
-        radiosities : (n_patches, n_bands), one for all replicas or several for one after the other
+        radiosities : (n_patches, n_bands) each, one for all replicas or several for one after the other
         """
         replicas, meters = self.straight.shape[:2]
         seen = np.zeros((replicas, meters, 1 + len(reflectance), flux.shape[1]))
@@ -74,7 +71,7 @@ class Gather:
 
     @cached_property
     def mean(self) -> "Gather":
-        """The mean over the replicas, as one."""
+        """The mean over the replicas, as one replica."""
         replicas = len(self.straight)
 
         def over(matrix: sparse.csr_array) -> sparse.csr_array:
@@ -85,11 +82,15 @@ class Gather:
                       over(self.beyond), self.combinations)
 
 
-def gather(transport: Transport, spots: list[Spot], paths: int, round_: int = 0, steps: int = 1) -> Gather:
-    """Follow paths from meters: so many, a power of 2, in each of REPLICAS independent nets, each met `steps`
-    times before it brings the solved radiosity. round_ : paths of each are drawn anew."""
+def gather(transport: Transport, spots: list[MeterPlace], paths: int, round_: int = 0,
+           steps: int = 1) -> Gather:
+    """Paths followed from meters.
+
+    paths : number in each replica, a power of 2; round_ : tells repeated calls apart
+    steps : surfaces that a path meets before it brings the solved radiosity
+    """
     path = _Paths(transport, paths, (transport.seed, Stream.PATHS, round_), steps)
-    n, shape = len(spots), (len(spots), REPLICAS * paths)
+    n, shape = len(spots), (len(spots), PATH_REPLICAS * paths)
     surfaces, lamps = (np.zeros((steps, *shape), dtype=np.int32) for _ in range(2))
     weights, last = np.zeros((steps, *shape), dtype=np.float32), np.full(shape, -1, dtype=np.int32)
 
@@ -97,8 +98,8 @@ def gather(transport: Transport, spots: list[Spot], paths: int, round_: int = 0,
         some = slice(start, stop)
         surfaces[:, some], lamps[:, some], weights[:, some], last[some] = path.follow(spots, start, stop)
 
-    in_threads(work, n, max(1, RAYS_PER_SLICE // shape[1]))
-    rays = int(np.clip(paths // PATHS_PER_SHADOW_RAY, *SHADOW_RAYS))
+    in_threads(work, n, max(1, (1 << 14) // shape[1]))
+    rays = int(np.clip(paths // 2, 32, 1024))  # from a meter to each luminaire
     direct = straight(transport, spots, rays, round_)
     return _collected(transport, surfaces, lamps, weights, last, paths, direct)
 
@@ -106,12 +107,12 @@ def gather(transport: Transport, spots: list[Spot], paths: int, round_: int = 0,
 class _Paths:
     def __init__(self, transport: Transport, paths: int, seed: tuple[int, ...], steps: int):
         self.transport, self.steps = transport, steps
-        self.nets = Nets(paths, DIMENSIONS * steps + 2, seed, REPLICAS)
+        self.nets = Nets(paths, NUMBERS_PER_STEP * steps + 2, seed, PATH_REPLICAS)
         self.faces = lamp_faces(transport.luminaires)
         self.table = draw_table(self.faces, transport.direct)
         self.frames = frames(transport.mesh.normal)
 
-    def follow(self, spots: list[Spot], start: int, stop: int) -> tuple:
+    def follow(self, spots: list[MeterPlace], start: int, stop: int) -> tuple:
         mesh, eye, reflecting = self.transport.mesh, self.transport.eye, self.transport.reflecting
         square = self.nets.draw(start, stop)
         each = square.shape[1]
@@ -123,7 +124,7 @@ class _Paths:
         surfaces, lamps, weights = np.zeros(shape, int), np.zeros(shape, int), np.zeros(shape)
         last = np.full(len(numbers), -1)
         for step in range(self.steps + 1):
-            first = DIMENSIONS * step
+            first = NUMBERS_PER_STEP * step
             along = cosine_directions(numbers[alive, None, first:first + 2], turn)[:, 0]
             met = eye.first_hit(origins, along)
             if step == self.steps:
@@ -145,26 +146,26 @@ class _Paths:
                 last.reshape(counts))
 
 
-def straight(transport: Transport, spots: list[Spot], rays: int, round_: int) -> np.ndarray:
-    """Illuminance per lumen straight from each luminaire (REPLICAS, n_meters, n_luminaires) [m⁻²]."""
+def straight(transport: Transport, spots: list[MeterPlace], rays: int, round_: int) -> np.ndarray:
+    """Illuminance per lumen straight from each luminaire (PATH_REPLICAS, n_meters, n_luminaires) [m⁻²]."""
     position, normal, origin = (np.array([getattr(spot, name) for spot in spots])
                                 for name in ("position", "normal", "origin"))
     return direct_at(position, normal, transport.luminaires, transport.ray_scene,
                      (transport.seed, Stream.DIRECT_BESIDE_PATHS, round_), rays, origins=origin,
-                     replicas=REPLICAS)
+                     replicas=PATH_REPLICAS)
 
 
 def _collected(transport: Transport, surfaces, lamps, weights, last, paths: int, straight_) -> Gather:
-    """Paths (…, n_meters, REPLICAS · paths) added up by replica, meter, surfaces met, and luminaire or
+    """Paths (…, n_meters, PATH_REPLICAS · paths) added up by replica, meter, surfaces met, and luminaire or
     patch."""
     steps, meters = surfaces.shape[:2]
     n_surfaces, n_lamps = transport.n_surfaces, len(transport.luminaires)
-    row = (np.repeat(np.arange(REPLICAS), paths) * meters + np.arange(meters)[:, None]).ravel()
+    row = (np.repeat(np.arange(PATH_REPLICAS), paths) * meters + np.arange(meters)[:, None]).ravel()
     combination, direct, combinations = np.zeros(row.shape, dtype=np.int64), [], []
     for step in range(steps):
         combination = combination * n_surfaces + surfaces[step].ravel()
         known, combination_index = np.unique(combination, return_inverse=True)
-        rows_, shape = row * len(known) + combination_index, REPLICAS * meters * len(known)
+        rows_, shape = row * len(known) + combination_index, PATH_REPLICAS * meters * len(known)
         direct.append(_tallied(rows_, lamps[step].ravel(), weights[step].ravel() / paths, (shape, n_lamps)))
         combinations.append(np.stack([known // n_surfaces ** (step - k) % n_surfaces
                                       for k in range(step + 1)], axis=1))

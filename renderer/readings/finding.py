@@ -1,22 +1,20 @@
-"""What RGB gets wrong in a room, as a number and as a sentence."""
+"""The error of RGB in a room, as a number and as a sentence."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
-FINE = 0.1
-"""Error bar [%] below which "right" needs no qualification."""
-SHARED = 2.0
+RGB_BAR_FACTOR = 2.0
 """Factor on a reading's relative error for that of the difference between RGB and 31 bands
 (benchmarks/rgb_bars.py)."""
 ROOM_KINDS = frozenset((
     "atrium", "bathroom", "bedroom", "classroom", "corridor", "gallery", "hall", "kitchen", "laboratory",
     "library", "lobby", "museum", "office", "room", "shop", "stage", "studio", "ward", "workshop"))
-"""Last words of a title after which a sentence says "the office", not “Office”."""
+"""Last words of a title that a sentence may use as a common noun: "the office", not “Office”."""
 
-OWNED = frozenset(("my", "our", "the", "a", "an"))
 PREPOSITIONS = frozenset(("above", "at", "behind", "below", "beside", "between", "in", "inside", "near", "on",
                           "outside", "over", "under"))
+"""First words of a photometer's name that need no "at" before them."""
 
 
 def rgb_error_percent(rgb: float, spectral: float) -> float | None:
@@ -28,7 +26,8 @@ def rgb_error_percent(rgb: float, spectral: float) -> float | None:
 class Comparison:
     """One illuminance in RGB and in 31 bands [lx].
 
-    direct : what of it comes straight from the luminaires [lx]; bar : 95 % half-width of the 31 bands' [lx]
+    rgb, spectral : the two; direct : straight from the luminaires, in 31 bands [lx]
+    bar : 95 % half-width in 31 bands [lx]
     """
 
     name: str
@@ -39,25 +38,25 @@ class Comparison:
 
     @property
     def percent(self) -> float | None:
-        """How far RGB is off [%]; None where no light arrives."""
+        """Error of RGB [%]; None where no light arrives."""
         return rgb_error_percent(self.rgb, self.spectral)
 
     @property
     def bar_percent(self) -> float:
-        """How well the difference is known [%], below which it is not claimed.
+        """Uncertainty of that error [%].
 
-        RGB and 31 bands share mesh, rays and direct light, so what is wrong with both cancels. With all of
-        the reading's bar in its indirect light, that is off by bar/indirect, and the difference by that
-        share of itself; twice that is taken, for the bands' own shares are not alike.
+        RGB and 31 bands share mesh, rays and direct light, so errors of both cancel. With all of the
+        reading's bar in its indirect light, that errs by bar/indirect, and the difference by that share of
+        itself. Twice that is taken, since the two do not share alike in the surfaces.
         """
         indirect = self.spectral - self.direct
         if self.percent is None or not indirect > 0:
             return 0.0
-        return SHARED * abs(self.percent) * self.bar * (1 / indirect + 1 / self.spectral)
+        return RGB_BAR_FACTOR * abs(self.percent) * self.bar * (1 / indirect + 1 / self.spectral)
 
     @property
     def claimed(self) -> bool:
-        """Whether RGB is off by more than the difference's bar."""
+        """Whether the error of RGB is larger than its uncertainty."""
         return self.percent is not None and is_claimed(self.percent, self.bar_percent)
 
 
@@ -75,7 +74,7 @@ def of_reading(reading) -> list[Comparison]:
 
 
 def of_grid(reading) -> list[Comparison]:
-    """A grid's mean and the point where RGB is farthest off; [] where RGB is not known."""
+    """A grid's mean, and the point where the error of RGB is largest; [] where RGB is not known."""
     if reading.rgb is None:
         return []
     k, x = reading.worst_point, reading.grid.points[reading.read]
@@ -88,9 +87,9 @@ def of_grid(reading) -> list[Comparison]:
 
 @dataclass(frozen=True)
 class Finding:
-    """What RGB does to one room: over its readings on average, and where it is worst.
+    """The error of RGB in one room: on average over its readings, and where it is largest.
 
-    readings : one a photometer and one a grid (its mean); extremes : further places that may be the worst
+    readings : one for each photometer and one for each grid (its mean); extremes : further places
     """
 
     title: str
@@ -109,7 +108,7 @@ class Finding:
 
     @property
     def bar(self) -> float:
-        """Mean of their error bars [%]."""
+        """Mean uncertainty of their errors [%]."""
         return fmean(one.bar_percent for one in self.lit) if self.lit else 0.0
 
     @property
@@ -119,7 +118,8 @@ class Finding:
 
     @property
     def worst(self) -> Comparison | None:
-        """Where RGB is farthest off, of the places where that is more than the bar; None if nowhere."""
+        """The place where the error of RGB is largest, of those where it is larger than its bar; None if
+        nowhere."""
         places = [one for one in (*self.readings, *self.extremes) if one.claimed]
         return max(places, key=lambda one: abs(one.percent), default=None)
 
@@ -130,7 +130,7 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """The finding for this room alone."""
+        """The finding for this room in one sentence."""
         room = room_name(self.title)
         if not self.readings:
             return f"No reading compares RGB with 31 bands in {room}."
@@ -148,13 +148,13 @@ class Finding:
 
     def _right(self, room: str) -> str:
         bar = max(one.bar_percent for one in self.lit)
-        if bar < FINE:
+        if bar < 0.1:
             return f"RGB is right in {room}."
         return f"RGB is right in {room}, to within the error bar of ± {bar:.2g} %."
 
 
 def headline(findings: Sequence[Finding]) -> str:
-    """One sentence for several rooms, those that RGB gets wrong first; a room alone has its own sentence."""
+    """One sentence for several rooms, rooms with an error first. For a single room, its own sentence."""
     if len(findings) == 1:
         return findings[0].sentence
     wrong = [f"{room_name(f.title)} {f.amount}" for f in findings if f.claimed]
@@ -164,19 +164,19 @@ def headline(findings: Sequence[Finding]) -> str:
     dark = [room_name(f.title) for f in findings if f.percent is None]
     parts = ["RGB makes " + ", ".join(wrong)] if wrong else []
     if right and not wrong and not mixed:
-        parts.append(f"RGB is right in {listed(right)}")
+        parts.append(f"RGB is right in {in_a_row(right)}")
         right = []
     parts += mixed
     if right:
-        parts.append(f"{listed(right)} {'is' if len(right) == 1 else 'are'} right")
+        parts.append(f"{in_a_row(right)} {'is' if len(right) == 1 else 'are'} right")
     if dark:
-        parts.append(f"no light arrives at the photometers of {listed(dark)}")
+        parts.append(f"no light arrives at the photometers of {in_a_row(dark)}")
     text = "; ".join(parts) + "."
     return text if wrong or not mixed else f"In RGB {text}"
 
 
 def in_words(percent: float) -> str:
-    """An error [%] as a person says it: "5.2 % too bright", "0.03 % too dark"."""
+    """An error [%] in words: "5.2 % too bright", "0.03 % too dark"."""
     return f"{digits(abs(percent))} % too {'bright' if percent > 0 else 'dark'}"
 
 
@@ -190,12 +190,12 @@ def signed(percent: float | None) -> str:
 
 
 def digits(value: float) -> str:
-    """A positive number to two digits, or to the unit from 10 on."""
+    """A positive number with two digits, or in whole units from 10 on."""
     return f"{value:.0f}" if value >= 9.95 else f"{value:.1f}" if value >= 0.995 else f"{value:.2g}"
 
 
 def share(one: Comparison) -> str:
-    """What of a reading is direct light, in per cent."""
+    """Share of direct light in a reading, in per cent."""
     return f"{100 * min(1.0, one.direct / one.spectral):.0f} %"
 
 
@@ -205,7 +205,7 @@ def room_name(title: str) -> str:
     if not words or len(words) > 4 or words[-1].lower() not in ROOM_KINDS:
         return f"“{title}”"
     first = title[0].lower() if title[1:2].islower() else title[0]
-    named = words[0].lower() in OWNED
+    named = words[0].lower() in ("my", "our", "the", "a", "an")
     return f"{'' if named else 'the '}{first}{title[1:]}"
 
 
@@ -214,6 +214,6 @@ def at(name: str) -> str:
     return name if name.split()[:1] and name.split()[0].lower() in PREPOSITIONS else f"at {name}"
 
 
-def listed(items: Sequence[str]) -> str:
+def in_a_row(items: Sequence[str]) -> str:
     """Words in a row: a; a and b; a, b and c."""
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)

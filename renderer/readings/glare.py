@@ -11,24 +11,20 @@ from renderer.scene.room import spelt
 from renderer.transport.rays.sampling import REPLICAS, Nets, Stream
 from renderer.transport.transport import Transport
 
-POINTS = 64
-"""Points all over a luminaire that the eye looks at, in each of the REPLICAS repeats."""
-WIDEST, HIGHEST = 3.0, 1.9
-"""Sideways and upward distance over forward distance past which luminaires are not seen (CIE 117, Table 4.1:
-farther up brow and forehead hide them)."""
+GLARE_POINTS = 64
+"""Points all over a luminaire that the eye looks at, in each replica."""
 SMALL_AREA = 0.005
-"""Projected area [m²] below which glare goes by intensity, as if it were this large (CIE 147:2002)."""
-SMALLEST, LARGEST = 0.0003, 0.1
-"""Solid angles [sr] for which the UGR was made (CIE 117)."""
-STEEPEST = 0.9999
-"""Sine of the elevation past which a line of sight has no upright."""
+"""Projected area [m²] of a smaller luminaire, which glares by its intensity (CIE 147:2002)."""
+MIN_SOLID_ANGLE, MAX_SOLID_ANGLE = 0.0003, 0.1
+"""Range of solid angles [sr] for which the UGR was made (CIE 117)."""
 
 
 @dataclass(frozen=True)
-class Source:
-    """One luminaire as an observer sees it, the parts that are seen.
+class SeenLuminaire:
+    """What an observer sees of one luminaire.
 
-    luminance [cd/m²] and position_index : means over its solid angle [sr]; share : of the sum Σ L²ω/p²
+    luminance : mean over its solid angle [cd/m²]; solid_angle : [sr]; position_index : likewise the mean
+    share : of the sum Σ L²ω/p²
     """
 
     name: str
@@ -40,9 +36,11 @@ class Source:
 
 @dataclass(frozen=True)
 class Glare:
-    """The rating of one observer; None with the reason where there is none.
+    """The rating of one observer.
 
+    rating, uncertainty : UGR and its 95 % half-width; None where there is none, with the reason
     indirect : vertical illuminance at the eye by way of the surfaces [lx]
+    sources : luminaires in sight; notes : cases that CIE 117 does not cover
     """
 
     name: str
@@ -51,7 +49,7 @@ class Glare:
     rating: float | None
     uncertainty: float | None
     indirect: Figure
-    sources: list[Source]
+    sources: list[SeenLuminaire]
     reason: str | None
     notes: list[str] = field(default_factory=list)
 
@@ -62,10 +60,11 @@ class Glare:
 
 
 def position_index(right: np.ndarray, up: np.ndarray, forward: np.ndarray) -> np.ndarray:
-    """Guth's position index of sources so far [m] to the right of, above and before an eye; 1 dead ahead.
+    """Guth's position index of sources seen from an eye; 1 straight ahead.
 
-    R. E. Levin, J. Illum. Eng. Soc. 4(2), 1975, 99, eq. 6: within 12 % of Guth's plot, from which the table
-    of CIE 117 is taken. Below the line of sight as beside it (T. Iwata and W. Osterhaus, CIE x035, 2010).
+    right, up, forward : (…,) [m] from the eye to the source
+    R. E. Levin, J. Illum. Eng. Soc. 4(2), 1975, 99, eq. 6: within 12 % of Guth's plot, the source of the
+    table of CIE 117. Below the line of sight as beside it (T. Iwata and W. Osterhaus, CIE x035, 2010).
     """
     sideways = np.abs(right)
     sigma = np.degrees(np.arctan2(np.hypot(right, up), forward))
@@ -77,14 +76,15 @@ def position_index(right: np.ndarray, up: np.ndarray, forward: np.ndarray) -> np
 
 def rate(transport: Transport, lumens: np.ndarray, name: str, eye: np.ndarray, direction: np.ndarray,
          indirect: Figure, where: str) -> Glare:
-    """Rate the glare for an eye (3,) [m] that looks along a unit direction (3,). Raises InputError.
+    """The glare rating of an eye. Raises InputError.
 
-    lumens : (n_luminaires,); indirect : illuminance at the eye, facing that way, by way of the surfaces.
+    lumens : (n_luminaires,); eye : (3,) [m]; direction : (3,) unit
+    indirect : illuminance at the eye, facing that way, by way of the surfaces
 
     UGR = 8 log10(0.25/L_b · Σ L²ω/p²), L_b = indirect/π (CIE 117-1995, eq. 4.1). The sum runs over points all
     over each luminaire, so large ones are divided; L is intensity over projected area in the eye's direction.
     """
-    if abs(direction[2]) > STEEPEST:
+    if abs(direction[2]) > 0.9999:
         raise InputError(f"{where} looks along {spelt(direction)}, straight up or down, where glare has no "
                          "rating. Look nearer to the horizon.")
     sums, sources, notes = [], [], []
@@ -95,7 +95,7 @@ def rate(transport: Transport, lumens: np.ndarray, name: str, eye: np.ndarray, d
             continue
         angle = float(solid.sum()) / REPLICAS
         sums.append((luminance**2 * solid / p**2).sum(axis=1))
-        sources.append(Source(lum.name, float((luminance * solid).sum() / solid.sum()), angle,
+        sources.append(SeenLuminaire(lum.name, float((luminance * solid).sum() / solid.sum()), angle,
                               float((p * solid).sum() / solid.sum()), float(sums[-1].mean())))
         notes += [f"{lum.name!r} {note}" for note in _notes(lum, angle)]
     if not sources or not indirect.value > 0:
@@ -112,11 +112,11 @@ def rate(transport: Transport, lumens: np.ndarray, name: str, eye: np.ndarray, d
 
 
 def _seen_by_eye(transport: Transport, lum: Luminaire, lumens: float, index: int, eye: np.ndarray,
-           direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Luminance toward the eye [cd/m²], solid angle [sr], 0 where hidden, and position index of points all
-    over a luminaire, in independent replicas (REPLICAS, POINTS)."""
-    nets = Nets(POINTS, 2, (transport.seed, Stream.GLARE, index), REPLICAS)
-    square = nets.draw(0, 1).reshape(REPLICAS, POINTS, 2)
+                 direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Luminance toward the eye [cd/m²], solid angle [sr] (0 where hidden) and position index of points all
+    over a luminaire, in replicas (REPLICAS, GLARE_POINTS)."""
+    nets = Nets(GLARE_POINTS, 2, (transport.seed, Stream.GLARE, index), REPLICAS)
+    square = nets.draw(0, 1).reshape(REPLICAS, GLARE_POINTS, 2)
     points = lum.spread(square)
     sight = points - eye
     distance = np.linalg.norm(sight, axis=-1)
@@ -126,17 +126,19 @@ def _seen_by_eye(transport: Transport, lum: Luminaire, lumens: float, index: int
     upright = np.array([0.0, 0.0, 1.0]) - direction[2] * direction
     upright /= np.linalg.norm(upright)
     right, up, forward = (sight @ axis for axis in (np.cross(direction, upright), upright, direction))
-    seen = (forward > 0) & (np.abs(right) <= WIDEST * forward) & (np.abs(up) <= HIGHEST * forward)
+    # The field of view of CIE 117, Table 4.1: farther up, brow and forehead hide luminaires.
+    seen = (forward > 0) & (np.abs(right) <= 3.0 * forward) & (np.abs(up) <= 1.9 * forward)
     seen &= luminance > 0
     if transport.ray_scene is not None and seen.any():
         seen[seen] = transport.ray_scene.clear(np.broadcast_to(eye, sight.shape)[seen], points[seen])
-    return luminance, np.where(seen, area / (POINTS * distance**2), 0.0), position_index(right, up, forward)
+    solid_angle = np.where(seen, area / (GLARE_POINTS * distance**2), 0.0)
+    return luminance, solid_angle, position_index(right, up, forward)
 
 
 def _notes(lum: Luminaire, solid_angle: float) -> list[str]:
-    """What to know of a source for which the rating was not made."""
+    """Notes on a source that CIE 117 does not cover."""
     if lum.is_point:
         return [f"is a point: rated by its intensity, as if of {SMALL_AREA} m² (CIE 147)"]
-    if not SMALLEST <= solid_angle <= LARGEST:
-        return [f"fills {solid_angle:.2g} sr; UGR was made for {SMALLEST} to {LARGEST} sr"]
+    if not MIN_SOLID_ANGLE <= solid_angle <= MAX_SOLID_ANGLE:
+        return [f"fills {solid_angle:.2g} sr; UGR was made for {MIN_SOLID_ANGLE} to {MAX_SOLID_ANGLE} sr"]
     return []

@@ -1,4 +1,4 @@
-"""What a grid of meters says of an area: mean, extremes, uniformity, each with its error bar."""
+"""Readings of a grid of meters: mean, extremes and uniformity, each with its error bar."""
 
 from dataclasses import dataclass
 
@@ -12,18 +12,15 @@ from renderer.scene.grids import Grid
 from renderer.scene.room import INSIDE_TOLERANCE, nearest, outside
 from renderer.transport.transport import Transport
 
-UPRIGHT = 0.5
-"""A surface is a wall to a grid if the cosine between their normals is below this."""
-
 
 @dataclass(frozen=True)
 class GridReading:
     """Illuminances of a grid [lx].
 
-    read : (n_v · n_u,) which points a meter can stand at; the rest is over those k
+    read : (n_v · n_u,) whether a meter can stand at each point; the other fields are over those k points
     direct, indirect, mesh_error, sampling_error : (k,) [lx]
     mean, least, most : Ē, E_min and E_max; band_error : of the mean [lx]
-    uniformity, uniformity_error : U₀ = E_min / Ē, None where there is no light
+    uniformity, uniformity_error : U₀ = E_min / Ē; None where there is no light
     rgb : (k,) total illuminance in RGB on the same transport [lx], beside 31 bands; else None
     """
 
@@ -43,7 +40,7 @@ class GridReading:
 
     @property
     def figures(self) -> tuple[Figure, Figure]:
-        """What must be as accurate as was asked: the mean, and the least, on which U₀ rests."""
+        """Figures that must be as accurate as asked: the mean, and the minimum, on which U₀ depends."""
         return self.mean, self.least
 
     @property
@@ -63,23 +60,24 @@ class GridReading:
 
     @property
     def worst_point(self) -> int:
-        """The point, of those read, where RGB is farthest off in proportion."""
+        """Index of the point, of those read, where the relative error of RGB is largest."""
         lit = np.where(self.total > 0, self.total, np.inf)
         return int(np.abs((self.rgb - self.total) / lit).argmax())
 
     @property
     def left_out(self) -> int:
-        """How many points are outside the room, in an object, or too near a wall."""
+        """Number of points outside the room, in an object, or too near a wall."""
         return int((~self.read).sum())
 
 
 def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
-    """At which points of a grid a meter can stand (n,). Raises InputError where it is none."""
+    """Whether a meter can stand at each point of a grid (n,). Raises InputError where it can at none."""
     points = grid.points
     read = np.ones(len(points), dtype=bool)
     walls = transport.room.shell
     normals = np.cross(walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0])
-    flat = np.abs(normals @ grid.normal) > UPRIGHT * np.linalg.norm(normals, axis=1)
+    # Surfaces that stand at more than 60° to the grid are walls.
+    flat = np.abs(normals @ grid.normal) > 0.5 * np.linalg.norm(normals, axis=1)
     read &= ~outside(points, transport.room.shell, INSIDE_TOLERANCE * transport.room.scale)
     for k in np.flatnonzero(read):
         point = points[k]
@@ -103,15 +101,15 @@ def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, meshes: np.ndarray,
               rare: np.ndarray | None = None) -> GridReading:
     """A grid's figures from what the lamps and each surface send to each of its points [lx].
 
-    own : (k, 1 + n_surfaces) in the bands read; meshes : (m, k, 1 + n_surfaces) the same in RGB on the mesh
-    read and on others; replicas : (s, k, 1 + n_surfaces); steps, quadrature : as in `half_widths`;
-    rare : (k,) likewise, none where nothing is sampled.
+    own : (k, 1 + n_surfaces) in the bands read
+    meshes : (m, k, 1 + n_surfaces) in RGB on the mesh read and on others
+    replicas : (s, k, 1 + n_surfaces) in RGB; steps, quadrature : as in `half_widths`
+    rare : (k,) likewise; None where nothing is sampled
 
-    The mean is linear in its points, so its error is that of one meter that reads the mean: errors that
-    the points share count in full, those that differ cancel as they would. Which point is the least is
-    not known better than the points are: E_min lies between the least of E − u and the least of E + u,
-    E_max likewise. U₀'s error is that of E_min − U₀ Ē, which is linear too, over Ē, and what the choice of
-    the point adds.
+    The mean is linear in its points, so its error is that of one meter that reads the mean: errors that the
+    points share count in full, others cancel. E_min is no better known than the points: it lies between the
+    least of E − u and the least of E + u; E_max likewise. The error of U₀ is that of E_min − U₀ Ē, which is
+    linear too, over Ē, and what the choice of the point adds.
     """
     total = own.sum(axis=1)
     rare = np.zeros(len(own)) if rare is None else rare

@@ -1,4 +1,4 @@
-"""The luminance meter: what an eye sees along a ray, over a cone, through a pixel."""
+"""The luminance meter: luminance along a ray, over a cone or through a pixel."""
 
 import numpy as np
 
@@ -10,18 +10,19 @@ from renderer.transport.rays.sampling import REPLICAS, Nets, Stream
 from renderer.transport.sensors import direct_on, emitted, seen_from, sense
 from renderer.transport.transport import Transport
 
-SIGHT_RAYS, SHADOW_RAYS = 512, 16
-"""Rays over a cone or a pixel, and from what each meets to each lamp, in each of the REPLICAS repeats."""
+SIGHT_RAYS = 512
+"""Rays over a cone or a pixel in each replica."""
 
 
 def squares(seed: int) -> np.ndarray:
-    """Points all over the unit square in independent replicas (REPLICAS, SIGHT_RAYS, 2)."""
+    """Points all over the unit square in replicas (REPLICAS, SIGHT_RAYS, 2)."""
     nets = Nets(SIGHT_RAYS, 2, (seed, Stream.SPOT_METER), REPLICAS)
     return nets.draw(0, 1).reshape(REPLICAS, SIGHT_RAYS, 2)
 
 
 def cone(direction: np.ndarray, angle: float, seed: int) -> np.ndarray:
-    """Directions (REPLICAS, SIGHT_RAYS, 3) all over a cone about (3,), of full angle [degrees]."""
+    """Directions (REPLICAS, SIGHT_RAYS, 3) all over a cone of full `angle` [degrees] about a direction (3,).
+    """
     square = squares(seed)
     # 1 − cos of half the angle, without cancellation: equal solid angles from equal areas.
     height = 2 * np.sin(np.radians(angle) / 4) ** 2 * square[..., 0]
@@ -33,8 +34,7 @@ def cone(direction: np.ndarray, angle: float, seed: int) -> np.ndarray:
 def luminance_meter(transport: Transport, position: np.ndarray, directions: np.ndarray, where: str) -> Meter:
     """A meter at a point (3,) [m] that reads mean luminance along unit directions (replicas, n, 3).
 
-    Each replica is an independent sample. Raises InputError where the eye is outside the room or inside a
-    solid, or sees nothing.
+    Raises InputError where the eye is outside the room or inside a solid, or sees nothing.
     """
     refuse_outside(transport, position, where)
     replicas, n = directions.shape[:2]
@@ -46,7 +46,7 @@ def luminance_meter(transport: Transport, position: np.ndarray, directions: np.n
     if (seen[0] < 0).any():
         raise InputError(f"{where}: nothing is seen along {spelt(facing)} from {spelt(position)}. "
                          "Look into the room.")
-    light = direct_on(transport, *seen, 0, READING_RAYS if replicas * n == 1 else SHADOW_RAYS)[0]
+    light = direct_on(transport, *seen, 0, READING_RAYS if replicas * n == 1 else 16)[0]
     weight = np.full(n, 1 / (np.pi * n))
     lamps, sensors = [], []
     for k in range(replicas):

@@ -1,4 +1,4 @@
-"""The virtual photometer: what arrives at a point on a plane of any tilt."""
+"""The virtual photometer: illuminance at a point on a plane of any tilt."""
 
 from dataclasses import dataclass
 
@@ -17,33 +17,23 @@ from renderer.transport.rays.sampling import Nets, Stream
 from renderer.transport.sensors import Sensor, sense
 from renderer.transport.transport import Transport
 
-LARGEST, COARSEST, OF_PATCH = 2.5e-4, 2e-3, 2.0
-"""Surfaces are divided until no element fills more of the meter's view: 1/4000. Then the light on an element
-may be taken at its middle. Where rays go to each, as many times what a patch of the mesh fills on average, up
-to 1/500."""
-NEAR_LAMP = 0.5
-"""An element's half diagonal is at most this share of its distance to any lamp that lights it."""
-MAX_DIVISIONS = 24
-READING_RAYS, MOST_RAYS, ENOUGH = 1 << 10, 1 << 14, 5e-4
-"""Shadow rays from the meter itself to each luminaire in each replica, and in penumbrae up to so
-many, until so small a share of what comes straight from them is uncertain."""
-ELEMENTS_PER_SLICE = 1 << 14
-"""Rays from the meter to elements worked on at once: what stays in the cache."""
-ELEMENT_RAYS, FEWER = 4, 4
-"""Rays from the meter to each element, and shadow rays from there to each luminaire, in each independent
-part, as many times more as elements are larger: their errors average out over thousands. So many times fewer
-where only an error bar hangs on them."""
-
+MAX_VIEW_SHARE, MAX_VIEW_SHARE_BY_RAYS = 2.5e-4, 2e-3
+"""Share of the meter's view that an element of a surface may fill; then its light may be taken at its middle.
+The second one where rays go to the elements, whose errors cover the rest."""
+READING_RAYS = 1 << 10
+"""Shadow rays from the meter to each luminaire in each replica; more in penumbrae."""
 
 MAX_KEPT_METERS = 50_000
-"""Patches of a mesh times meters that are kept for the next room of its shape: some 30 MB."""
+"""Largest number of patches times meters kept for the next room of the same shape: some 30 MB."""
 
 
 @dataclass(frozen=True)
-class Spot:
-    """A meter's place: for exact factors a hair off what it touches, for rays by their tolerance.
+class MeterPlace:
+    """A meter's place.
 
-    position, origin : (3,) [m]; normal : (3,) unit; touched : (k, 3) normals of what it touches
+    position : (3,) [m], for exact factors, slightly off what the meter touches
+    origin : (3,) [m], for rays, off by their tolerance; normal : (3,) unit
+    touched : (k, 3) normals of what the meter touches
     """
 
     position: np.ndarray
@@ -52,10 +42,10 @@ class Spot:
     touched: np.ndarray
 
 
-def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> Spot:
-    """Where a meter at a point (3,) that faces along a unit normal stands. Raises InputError.
+def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> MeterPlace:
+    """The place of a meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError.
 
-    A meter on a floor stands on it; in a corner it touches three surfaces and leaves all three.
+    A meter on a floor stands on it; in a corner it touches three surfaces and is lifted off all three.
     """
     key = (position.tobytes(), normal.tobytes())
     if key not in transport.placed:
@@ -64,8 +54,8 @@ def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where:
     return transport.placed[key]
 
 
-def stand(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> Spot:
-    """As `place`, of a point that is in the room."""
+def stand(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> MeterPlace:
+    """The place of a meter at a point inside the room, as `place`."""
     spot = off_surfaces(transport, position, normal)
     if (spot.touched @ normal < -1 + 1e-9).any():
         raise InputError(f"{where} faces the surface it lies on (normal {_short(normal)}) and sees "
@@ -78,8 +68,11 @@ def stand(transport: Transport, position: np.ndarray, normal: np.ndarray, where:
     return spot
 
 
-def off_surfaces(transport: Transport, position: np.ndarray, facing: np.ndarray) -> Spot:
-    """Lift a point off every surface that it touches; off a sheet to the side it faces."""
+def off_surfaces(transport: Transport, position: np.ndarray, facing: np.ndarray) -> MeterPlace:
+    """A point lifted off every surface that it touches; off a sheet to the side it faces.
+
+    position : (3,) [m]; facing : (3,) unit
+    """
     mesh = transport.mesh
     height = np.einsum("ki,ki->k", position - mesh.corners[:, 0], mesh.normal)
     s, t = mesh.inside(np.arange(len(mesh.patches)), position)
@@ -97,7 +90,7 @@ def off_surfaces(transport: Transport, position: np.ndarray, facing: np.ndarray)
     def lifted(lift: float) -> np.ndarray:
         return inside + np.clip(lift * mesh.scale - low, 0.0, None) @ touched
 
-    return Spot(lifted(HORIZON), lifted(STAND_OFF), facing, touched)
+    return MeterPlace(lifted(HORIZON), lifted(STAND_OFF), facing, touched)
 
 
 def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> None:
@@ -106,7 +99,7 @@ def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> No
 
 
 def refuse_inside(transport: Transport, lifted: np.ndarray, where: str, position: np.ndarray) -> None:
-    """Raise InputError for a point inside a solid: `position` (3,) [m], `lifted` off what it touches."""
+    """Raise InputError for a point inside a solid. position : (3,) [m]; lifted : off what it touches"""
     solids = transport.mesh.solids
     if len(solids) and room_shell.winding(lifted[None], solids)[0] < -0.5:
         raise InputError(f"{where}: position {_short(position)} is inside an object. "
@@ -119,11 +112,10 @@ def _short(xyz: np.ndarray) -> str:
 
 @dataclass(frozen=True)
 class Meter:
-    """A photometer in its place: what it reads is linear in the light on the surfaces.
+    """A photometer in its place. Its reading is linear in the light on the surfaces.
 
-    direct : (k, n_luminaires) illuminance per lumen, straight from each [m⁻²]
-    sensors : k sensors whose rows (n_surfaces) are what each surface sends
-    k : independent samples; one where no ray is cast
+    direct : (replicas, n_luminaires) illuminance per lumen, straight from each luminaire [m⁻²]
+    sensors : for each replica, with a row for what each surface sends (n_surfaces); one where no ray is cast
     """
 
     direct: np.ndarray
@@ -134,8 +126,8 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
                own: Meter | None = None) -> Meter:
     """A meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError.
 
-    own : the same on the mesh that is read, where this one on another mesh tells its error: light straight
-        from the luminaires is the same, and fewer rays do
+    own : the meter there on the mesh that is read, where this one serves its error bar: direct light is
+        shared, and fewer rays are enough
     """
     own = own if own is not None and len(own.direct) == transport.replicas else None
     key = (*position, *normal, own is None)
@@ -143,7 +135,7 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
         kept = transport.meters[key]
         return kept if own is None else Meter(own.direct, kept.sensors)
     spot = place(transport, position, normal, where)
-    rays = _element_rays(transport) // (1 if own is None else FEWER)
+    rays = _element_rays(transport) // (1 if own is None else 4)
     sensors = _sensors(transport, spot, rays)
     meter = Meter(_direct(transport, spot) if own is None else own.direct, sensors)
     if (len(transport.meters) + 1) * len(transport.mesh.patches) <= MAX_KEPT_METERS:
@@ -151,8 +143,8 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     return meter
 
 
-def _sensors(transport: Transport, spot: Spot, rays: int) -> tuple[Sensor, ...]:
-    """What each surface sends to a meter, in independent samples. rays : in each to what is seen in part"""
+def _sensors(transport: Transport, spot: MeterPlace, rays: int) -> tuple[Sensor, ...]:
+    """Sensors of what each surface sends to a meter, one a replica. rays : to an element in each replica"""
     replicas = transport.replicas
     patch, corners, factor, whole = _elements(transport, spot)
     seen = all_seen(transport.mesh, patch, corners, replicas)
@@ -161,7 +153,7 @@ def _sensors(transport: Transport, spot: Spot, rays: int) -> tuple[Sensor, ...]:
         some = seen.share.any(axis=0)
         patch, corners, factor, seen = patch[some], corners[some], factor[some], seen.of(some)
         whole = whole[some] & (seen.share == 1).all(axis=0)
-    # A whole patch has its mean light; elements of patches have their own.
+    # Whole patches have their mean direct light; smaller elements have their own.
     light = transport.direct_replicas[:, patch]
     divided = np.flatnonzero(~whole)
     light[:, divided] = element_light(transport, spot.position, spot.normal, patch[divided], corners[divided],
@@ -170,23 +162,28 @@ def _sensors(transport: Transport, spot: Spot, rays: int) -> tuple[Sensor, ...]:
                        factor * seen.share, light, conserving=True))
 
 
-def _direct(transport: Transport, spot: Spot) -> np.ndarray:
-    """Illuminance per lumen, straight from each luminaire (replicas, n_luminaires) [m⁻²]."""
-    replicas, rays = transport.replicas, READING_RAYS if transport.replicas > 1 else MOST_RAYS
+def _direct(transport: Transport, spot: MeterPlace) -> np.ndarray:
+    """Illuminance per lumen, straight from each luminaire (replicas, n_luminaires) [m⁻²], by as many rays as
+    leave 0.05 % in doubt."""
+    replicas, most = transport.replicas, 1 << 14
+    rays = READING_RAYS if replicas > 1 else most
     while True:
         direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.ray_scene,
                            (transport.seed, Stream.DIRECT_AT_METER), rays, origins=spot.origin[None],
                            replicas=replicas)[:, 0]
         total = direct.sum(axis=1)
-        if rays == MOST_RAYS or half_width(total) <= ENOUGH * total.mean():
+        if rays == most or half_width(total) <= 5e-4 * total.mean():
             return direct
         rays *= 4
 
 
-def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarray, seen: Seen,
+def _seen(transport: Transport, spot: MeterPlace, patch: np.ndarray, corners: np.ndarray, seen: Seen,
           rays: int) -> Seen:
-    """What a meter sees of each element (k) past what stands between. seen : what there is to see; rays : to
-    each in each replica"""
+    """What a meter sees of elements (k) past what stands between.
+
+    patch : (k,); corners : (k, 4, 2); seen : with nothing between
+    rays : to each element in each replica
+    """
     mesh, ray_scene = transport.mesh, transport.ray_scene
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     doubtful = np.flatnonzero(may_be_hidden(spot.position, spot.normal, world, mesh.obstacles, mesh.scale))
@@ -203,40 +200,44 @@ def _seen(transport: Transport, spot: Spot, patch: np.ndarray, corners: np.ndarr
         worth[start:stop] = exchanged(spot.position, spot.normal, targets, mesh.normal[patch[some], None])
         places[start:stop] = np.stack(points, axis=-1)
 
-    in_threads(look, len(doubtful), ELEMENTS_PER_SLICE // (transport.replicas * rays))
+    in_threads(look, len(doubtful), (1 << 14) // (transport.replicas * rays))
     by_replica = (len(doubtful), transport.replicas, rays)
     worth, clear = worth.reshape(by_replica), clear.reshape(by_replica)
     return seen_past(seen, doubtful, places.reshape(*by_replica, 2), worth, clear)
 
 
-def largest(patches: int, rays: int) -> float:
-    """Share of a meter's view that an element may fill, on a mesh of so many patches with so many rays each,
-    0 for none."""
-    return min(max(LARGEST, OF_PATCH / patches), COARSEST) if rays else LARGEST
+def max_view_share(patches: int, rays: int) -> float:
+    """Share of a meter's view that an element may fill. patches : of the mesh; rays : a patch, 0 for none"""
+    # A patch of the mesh fills 1/patches of the view on average.
+    return min(max(MAX_VIEW_SHARE, 2 / patches), MAX_VIEW_SHARE_BY_RAYS) if rays else MAX_VIEW_SHARE
 
 
 def _element_rays(transport: Transport) -> int:
-    """Rays to and from each element, a power of 2, in each replica."""
-    more = largest(len(transport.mesh.patches), transport.rays_per_patch) / LARGEST
-    return ELEMENT_RAYS << round(np.log2(more))
+    """Rays from the meter to each element, and from each element to each luminaire, in each replica, a power
+    of 2: more where elements are larger. The errors of thousands of elements average out."""
+    more = max_view_share(len(transport.mesh.patches), transport.rays_per_patch) / MAX_VIEW_SHARE
+    return 4 << round(np.log2(more))
 
 
-def _elements(transport: Transport, spot: Spot):
-    """Patches divided until none fills much of the view or lies near a lamp for its size: patch, one after
-    the other, corners (k, 4, 2), factor, and whether it is a whole patch."""
-    mesh, most = transport.mesh, largest(len(transport.mesh.patches), transport.rays_per_patch)
+def _elements(transport: Transport, spot: MeterPlace, max_divisions: int = 24):
+    """Patches divided until no element fills too much of the view or is too near a lamp for its size.
+
+    Returns the patch of each element, ascending (k,), corners (k, 4, 2) as s and t, form factor from the
+    meter (k,), and whether the element is a whole patch (k,).
+    """
+    mesh, most = transport.mesh, max_view_share(len(transport.mesh.patches), transport.rays_per_patch)
     patch = np.flatnonzero((transport.exchange.areas > 0) & transport.reflecting)
     unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     half = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
     corners = np.where(mesh.triangular[patch][:, None, None], half, unit)
     done = []
-    for depth in range(MAX_DIVISIONS):
+    for depth in range(max_divisions):
         world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
         n = len(patch)
         factor = polygon_factors(np.broadcast_to(spot.position, (n, 3)),
                                  np.broadcast_to(spot.normal, (n, 3)), world)
-        large = (factor > most) | ((factor > 0) & near_lamps(transport, patch, world, NEAR_LAMP).any(axis=1))
-        large &= depth < MAX_DIVISIONS - 1
+        large = (factor > most) | ((factor > 0) & near_lamps(transport, patch, world, 0.5).any(axis=1))
+        large &= depth < max_divisions - 1
         kept = ~large & (factor > 0)
         done.append((patch[kept], corners[kept], factor[kept], np.full(kept.sum(), depth == 0)))
         if not large.any():
@@ -249,7 +250,7 @@ def _elements(transport: Transport, spot: Spot):
 
 
 def _quarters(corners: np.ndarray, triangular: np.ndarray) -> np.ndarray:
-    """Each element divided into four (4k, 4, 2)."""
+    """Each element (k, 4, 2) divided into four (4k, 4, 2)."""
     a, b, c, d = np.moveaxis(corners, 1, 0)
     ab, bc, cd, da, m = (a + b) / 2, (b + c) / 2, (c + d) / 2, (d + a) / 2, (a + b + c + d) / 4
     quads = np.stack([np.stack(q, axis=1) for q in (

@@ -1,4 +1,4 @@
-"""What a photometer says of a point."""
+"""The reading of a photometer."""
 
 from dataclasses import dataclass, field
 
@@ -14,14 +14,15 @@ from renderer.system.lazy import cached_property
 
 @dataclass(frozen=True)
 class Reading:
-    """What a photometer shows; by band (n_bands,), in the band set's unit per m².
+    """The reading of a photometer; arrays by band are (n_bands,), in the band set's unit per m².
 
+    direct, indirect : irradiance straight from the luminaires, and by way of the surfaces
     power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None where the bands are no spectrum
     watts : irradiance in each band (n_bands,) [W m⁻²]; likewise
     mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
-    band_error : how far it is from that with bands of 2 nm [lx], the inputs taken as they are
+    band_error : difference from the illuminance with bands of 2 nm [lx], the inputs taken as they are
     by_surface_lx : illuminance by way of each surface (n_surfaces,) [lx], in the order of Scene.surfaces
-    by_surface : the same by band (n_surfaces, n_bands); None of a reading by paths
+    by_surface : likewise by band (n_surfaces, n_bands); None for a reading by paths
     rgb_lx : total illuminance in RGB on the same transport [lx], beside 31 bands; else None
     """
 
@@ -97,12 +98,12 @@ class Reading:
 
     @property
     def cct(self) -> float | None:
-        """Correlated colour temperature [K]; None where it means nothing."""
+        """Correlated colour temperature [K]; None where it has no meaning."""
         return self._colour["cct_K"]
 
     @property
     def duv(self) -> float | None:
-        """Distance from the Planckian locus, above it positive; None where there is no light."""
+        """Distance from the Planckian locus, positive above it; None where there is no light."""
         return self._colour["duv"]
 
     @property

@@ -1,4 +1,4 @@
-"""How well light renders colours: CIE 13.3-1995, and ANSI/IES TM-30-18."""
+"""Colour rendering of light: CIE 13.3-1995, and ANSI/IES TM-30-18."""
 
 import warnings
 from functools import cache
@@ -9,16 +9,12 @@ from renderer.colour.tables import cie_1931
 
 PLANCK_C2 = 1.4388e-2
 """Second radiation constant [m K]."""
-DAYLIGHT_FROM = 5000.0
-"""CCT [K] from which CIE 13.3 compares with daylight; with a black body below."""
-GENERAL = 8
-"""Of the fourteen test colours, those whose mean is R_a; the ninth, a strong red, is R_9."""
 
 
 def black_body(kelvin: np.ndarray) -> np.ndarray:
-    """Relative spectral power (…, 471) of black bodies (…) [K] at 360–830 nm, 1 nm; 1 at its largest there.
+    """Relative spectral power (…, 471) of black bodies (…) [K] at 360–830 nm, 1 nm; the largest value is 1.
 
-    An infinite temperature is allowed: λ⁻⁴.
+    For an infinite temperature the curve is λ⁻⁴.
     """
     metres = cie_1931()[0] * 1e-9
     inverse = PLANCK_C2 / metres / np.asarray(kelvin, dtype=float)[..., None]
@@ -43,11 +39,11 @@ def _test_colours() -> np.ndarray:
 
 
 def special_indices(power: np.ndarray, cct: float) -> np.ndarray:
-    """R_1 to R_14 (CIE 13.3-1995, 5) of light (471,) at 360–830 nm, 1 nm, of a CCT [K], however low."""
+    """R_1 to R_14 (CIE 13.3-1995, 5) of light (471,) at 360–830 nm, 1 nm. cct : its CCT [K], however low"""
     import colour
 
     nm, observer = cie_1931()
-    if cct < DAYLIGHT_FROM:
+    if cct < 5000:  # CIE 13.3 compares with daylight from there on
         reference = black_body(cct)
     else:
         with warnings.catch_warnings():
@@ -70,6 +66,11 @@ def special_indices(power: np.ndarray, cct: float) -> np.ndarray:
     return 100 - 4.6 * np.linalg.norm(apart, axis=1)
 
 
+def general_index(indices: np.ndarray) -> float:
+    """R_a, the mean of R_1 to R_8, of special indices (14,) (CIE 13.3-1995, 6)."""
+    return indices[:8].mean()
+
+
 def _c_and_d(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """c and d (…) of CIE 1960 u, v (…, 2) (CIE 13.3-1995, eq. 6)."""
     u, v = uv[..., 0], uv[..., 1]
@@ -77,23 +78,23 @@ def _c_and_d(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _uvw(uv: np.ndarray, bright: np.ndarray, white: np.ndarray) -> np.ndarray:
-    """CIE 1964 U*, V*, W* (k, 3) of colours' u, v (k, 2) and Y (k,) beside a white (2,)."""
+    """CIE 1964 U*, V*, W* (k, 3) of colours' u, v (k, 2) and Y (k,) with a white u, v (2,)."""
     lightness = 25 * np.cbrt(bright) - 17
     return np.column_stack([13 * lightness[:, None] * (uv - white), lightness])
 
 
 def colour_rendering(power: np.ndarray, cct: float) -> tuple[float | None, ...]:
-    """R_a and R_9 (CIE 13.3-1995), R_f and R_g (ANSI/IES TM-30-18) of light (471,) at 360–830 nm, 1 nm, of
-    a CCT [K].
+    """R_a and R_9 (CIE 13.3-1995), R_f and R_g (ANSI/IES TM-30-18) of light (471,) at 360–830 nm, 1 nm. cct :
+    [K]
 
-    None for one that such light has not: far from white some hue bins of R_g stay empty.
+    None for one that has no value: far from white some hue bins of R_g stay empty.
     """
     import colour
 
     indices = special_indices(power, cct)
     curve = colour.SpectralDistribution(power / power.max(), cie_1931()[0])
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that it trims its tables to the lamp's range
+        warnings.simplefilter("ignore")  # about tables trimmed to the lamp's range
         tm30 = colour.quality.colour_fidelity_index_ANSIIESTM3018(curve, additional_data=True)
-    values = indices[:GENERAL].mean(), indices[GENERAL], tm30.R_f, tm30.R_g
+    values = general_index(indices), indices[8], tm30.R_f, tm30.R_g
     return tuple(float(x) if np.isfinite(x) else None for x in values)

@@ -1,4 +1,4 @@
-"""Light at 1 nm from its 31 bands: the lamps are known at 1 nm, what the room does to them is smooth."""
+"""Light at 1 nm from its 31 bands: the lamps are known at 1 nm, and a room changes them smoothly."""
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -6,23 +6,21 @@ from scipy.interpolate import PchipInterpolator
 from renderer.colour.bands import BandSet
 from renderer.colour.tables import cie_1931
 
-DARK = 1e-9
-"""Share of the brightest band below which a lamp's band tells nothing."""
-
 
 def reconstructed(reflected: np.ndarray, flux: np.ndarray, lamps: np.ndarray, bands: BandSet) -> np.ndarray:
     """Irradiance (471,) [W m⁻² nm⁻¹] at 360–830 nm of light that came by way of the surfaces.
 
     reflected : (n_bands,) [W m⁻²]; flux : (n_bands,) [W] of all lamps; lamps : (471,) [W/nm], likewise
 
-    Reflected over flux is what the room lets through in each band. A curve with these means, nowhere
-    negative (the derivative of a monotone cubic through their running integral: F. N. Fritsch and R. E.
-    Carlson, SIAM J. Numer. Anal. 17(2), 1980, doi:10.1137/0717021), times the lamps' own spectrum. Past
-    the bands it keeps its end values. Where several kinds of lamp light a room, each is taken to arrive
-    in proportion to its flux, band by band.
+    Reflected over flux is the room's transmission in each band. The result is the lamps' spectrum times a
+    curve with these means, nowhere negative: the derivative of a monotone cubic through their running
+    integral (F. N. Fritsch and R. E. Carlson, SIAM J. Numer. Anal. 17(2), 1980, doi:10.1137/0717021). Outside
+    the bands the curve keeps its end values. Where several kinds of lamp light a room, each is taken to
+    arrive in proportion to its flux, band by band. A band with less than 1e-9 of the largest flux is
+    interpolated.
     """
     nm, _ = cie_1931()
-    lit = flux > DARK * flux.max(initial=0.0)
+    lit = flux > 1e-9 * flux.max(initial=0.0)
     if not lit.any():
         return np.zeros(len(nm))
     share = np.interp(bands.centres, bands.centres[lit], np.clip(reflected[lit] / flux[lit], 0, None))

@@ -1,4 +1,4 @@
-"""What RGB gets wrong in a room, from what was read of it."""
+"""The error of RGB in a room, from its readings."""
 
 from renderer.readings.finding import Comparison, Finding, of_grid, of_reading
 from renderer.readings.grid import GridReading
@@ -7,7 +7,7 @@ from renderer.solving.solution import Solution
 
 
 def room_finding(title: str, readings: list[Reading], grids: list[GridReading] = ()) -> Finding:
-    """What RGB gets wrong in a room, from readings in 31 bands that know RGB beside them."""
+    """The error of RGB in a room, from readings in 31 bands that also know their value in RGB."""
     found = [each for each in map(of_grid, grids) if each]
     return Finding(title, [one for reading in readings for one in of_reading(reading)]
                    + [mean for mean, _ in found], [worst for _, worst in found])
@@ -15,8 +15,10 @@ def room_finding(title: str, readings: list[Reading], grids: list[GridReading] =
 
 def solution_finding(rgb: Solution, spectral: Solution, readings: list[Reading],
                      grids: list[GridReading] = ()) -> Finding:
-    """The same of a room solved in RGB and in 31 bands on one transport; without readings, over the mean of
-    its surfaces, of which the error bar is the accuracy asked."""
+    """The error of RGB in a room solved in RGB and in 31 bands on one transport.
+
+    Without readings it is that of the mean over the room's surfaces, with the accuracy asked as error bar.
+    """
     found = room_finding(spectral.scene.title, readings, grids)
     if found.readings:
         return found

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.colour.lamps import mean_light
-from renderer.readings.alpha_opic import RECEPTORS, alpha_opic, daylight_ratio, equivalent_daylight
-from renderer.readings.colorimetry import COLOUR, FARTHEST, chromaticity, colour_of, colour_temperature
+from renderer.readings.alpha_opic import RECEPTORS, alpha_opic_irradiance, daylight_ratio, equivalent_daylight
+from renderer.readings.colorimetry import COLOUR, MAX_DUV, chromaticity, colour_of, colour_temperature
 from renderer.readings.finding import rgb_error_percent
 from renderer.readings.glare import Glare
 from renderer.readings.grid import GridReading
@@ -19,36 +19,29 @@ from renderer.solving.solution import Solution
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text to show, under a title."""
+    """Rows of text under a title."""
 
     title: str
     columns: list[str]
     rows: list[list[str]]
 
 
-NODES_CANNOT = "placed nodes know illuminance alone; use --bands 31"
-WIDE_CANNOT = "bands wider than 10 nm tell no colour to the accuracy of 31; use --bands 31"
-RGB_CANNOT = "three bands are weighted integrals, not a spectrum; use --bands 31"
-NO_LIGHT = "no light arrives"
-NOT_WHITE = f"the light is too far from white: Duv over {FARTHEST}, under 1,000 K, or hues missing"
-COMPARED = ("cct_K", "duv", "cri_ra", "cri_r9", "tm30_rf", "tm30_rg", "melanopic_der")
-
-
 def lamps_record(scene: Scene) -> dict | None:
-    """The light as it leaves the scene's lamps, each by its lumens; None where they are dark."""
+    """Colour of the light that leaves the scene's lamps, each weighted by its lumens; None where all are
+    dark."""
     lumens = [lum.lumens for lum in scene.luminaires]
     return _light_record(mean_light(scene.lamps, lumens)) if sum(lumens) > 0 else None
 
 
 def _light_record(power: np.ndarray) -> dict:
-    """Colour, and melanopic daylight efficacy ratio, of light (471,) at 1 nm that has lumens."""
+    """Colour and melanopic daylight efficacy ratio of light (471,) at 1 nm; the light may not be dark."""
     return {**colour_of(power), "melanopic_der": float(daylight_ratio(power)[-1])}
 
 
 def reading_record(reading: Reading, lamps: dict | None) -> dict:
-    """One photometer; what a mode cannot know is None, and `unknown` says why.
+    """One photometer. A value that the bands cannot know is None, and `unknown` gives the reason.
 
-    lamps : of the lamps' own light, from `lamps_record`: what the walls have changed of it
+    lamps : from `lamps_record`; the record gives the change of the light from it
     """
     bands = reading.bands
     light = dict.fromkeys((*COLOUR, "melanopic_der"))
@@ -61,7 +54,8 @@ def reading_record(reading: Reading, lamps: dict | None) -> dict:
         spectrum = {"wavelength_nm": bands.centres.tolist(),
                     "irradiance_W_m2_nm": (reading.watts / bands.widths).tolist()}
         opic = {name: {"irradiance_W_m2": float(irradiance), "edi_lx": float(lux)} for name, irradiance, lux
-                in zip(RECEPTORS, alpha_opic(reading.power), equivalent_daylight(reading.power), strict=True)}
+                in zip(RECEPTORS, alpha_opic_irradiance(reading.power), equivalent_daylight(reading.power),
+                    strict=True)}
         if reading.total_lx > 0:
             light = _light_record(reading.power)
     melanopic = opic and opic["melanopic"]["edi_lx"]
@@ -77,7 +71,7 @@ def reading_record(reading: Reading, lamps: dict | None) -> dict:
         "rgb_error_percent": reading.rgb_error_percent,
         **known,
         "change_from_lamps": {key: None if lamps is None or light[key] is None or lamps[key] is None
-                              else light[key] - lamps[key] for key in COMPARED},
+                              else light[key] - lamps[key] for key in light if key != "xy"},
         "unknown": {key: _why_unknown(reading, key) for key, value in known.items() if value is None},
     }
 
@@ -85,13 +79,18 @@ def reading_record(reading: Reading, lamps: dict | None) -> dict:
 def _why_unknown(reading: Reading, key: str) -> str:
     bands = reading.bands
     if reading.power is None and (bands.filters is None or key not in ("xy", "cct_K", "duv")):
-        return NODES_CANNOT if bands.nodes is not None else WIDE_CANNOT if bands.edges is not None \
-            else RGB_CANNOT
-    return NOT_WHITE if reading.total_lx > 0 else NO_LIGHT
+        if bands.nodes is not None:
+            return "placed nodes know illuminance alone; use --bands 31"
+        if bands.edges is not None:
+            return "bands wider than 10 nm tell no colour to the accuracy of 31; use --bands 31"
+        return "three bands are weighted integrals, not a spectrum; use --bands 31"
+    if reading.total_lx > 0:
+        return f"the light is too far from white: Duv over {MAX_DUV}, under 1,000 K, or hues missing"
+    return "no light arrives"
 
 
 def grid_record(reading: GridReading) -> dict:
-    """One grid: its figures [lx], its points and what each reads."""
+    """One grid: its figures [lx], its points and their readings."""
     grid = reading.grid
     figures = {"mean": reading.mean, "min": reading.least, "max": reading.most}
     return {
@@ -113,7 +112,7 @@ def grid_record(reading: GridReading) -> dict:
 
 
 def _grid_errors(reading: GridReading) -> dict | None:
-    """RGB against 31 bands [%]: of the mean, and at the point where it is farthest off."""
+    """Error of RGB against 31 bands [%]: of the mean, and at the point where it is largest."""
     if reading.rgb is None:
         return None
     k = reading.worst_point
@@ -123,7 +122,8 @@ def _grid_errors(reading: GridReading) -> dict | None:
 
 
 def escaped(solution: Solution) -> list[dict]:
-    """What leaves the room through each hole of its mesh [lm], and where that is; [] for a closed room."""
+    """Light that leaves the room through each hole of its mesh [lm], and the hole's place; [] for a closed
+    room."""
     found = []
     for hole in solution.scene.room.openings:
         mesh, areas = solution.transport.mesh, solution.transport.exchange.areas
@@ -136,14 +136,14 @@ def escaped(solution: Solution) -> list[dict]:
 
 def solution_record(solution: Solution, readings: list[Reading], accuracy: float, seconds: float,
                     grids: list[GridReading] = ()) -> dict:
-    """A whole run: its readings, and how far its laws hold."""
+    """A whole run: its readings, and the errors of closure, reciprocity and energy balance."""
     return {**of_run(solution, accuracy, seconds), "lamps": (lamps := lamps_record(solution.scene)),
             "readings": [reading_record(reading, lamps) for reading in readings],
             "grids": [grid_record(grid) for grid in grids], **_finding_record(solution, readings, grids)}
 
 
 def take_comparison(record: dict, spectral: dict) -> None:
-    """Write into a record in RGB what the record of the same meters in 31 bands says of RGB."""
+    """Copy into a record in RGB the error of RGB from the record of the same meters in 31 bands."""
     for kind in ("readings", "grids"):
         for own, other in zip(record[kind], spectral[kind], strict=True):
             own["rgb_error_percent"] = other["rgb_error_percent"]
@@ -153,20 +153,20 @@ def take_comparison(record: dict, spectral: dict) -> None:
 
 
 def _finding_record(solution: Solution, readings: list[Reading], grids: list[GridReading]) -> dict:
-    """`finding`, one sentence in a list, where RGB is known beside 31 bands."""
+    """`finding`, a list of one sentence, where the readings know RGB and 31 bands."""
     found = room_finding(solution.scene.title, readings, grids)
     return {"finding": [found.sentence]} if found.readings else {}
 
 
 def luminance_record(figure: Figure, position, direction, angle: float | None) -> dict:
-    """One spot meter; angle : full, in degrees, None for a pixel."""
+    """One spot meter. angle : full angle [degrees]; None for one direction"""
     return {"name": figure.name, "position": [float(x) for x in position],
             "direction": [float(x) for x in direction], "angle_deg": angle,
             "luminance_cd_m2": figure.value, "uncertainty_cd_m2": figure.uncertainty}
 
 
 def surface_records(solution: Solution, figures: list[Figure]) -> list[dict]:
-    """Mean luminance of surfaces, and of luminaires along their normals."""
+    """Mean luminance of each surface, and of each luminaire along its normal."""
     lamps = solution.flux @ solution.bands.luminous
     found = [(f.name, f.value, f.uncertainty) for f in figures]
     found += [(lum.name, float(lumens * lum.luminance(lum.normal)), 0.0)
@@ -175,7 +175,8 @@ def surface_records(solution: Solution, figures: list[Figure]) -> list[dict]:
 
 
 def glare_record(glare: Glare) -> dict:
-    """One observer's rating; `reason` says why there is none, `notes` what it was not made for."""
+    """One observer's rating. `reason` says why there is none, `notes` where CIE 117 does not cover the case.
+    """
     return {"name": glare.name, "position": [float(x) for x in glare.position],
             "direction": [float(x) for x in glare.direction], "ugr": glare.rating,
             "uncertainty": glare.uncertainty, "background_luminance_cd_m2": glare.background,
@@ -185,7 +186,8 @@ def glare_record(glare: Glare) -> dict:
 
 
 def of_run(solution: Solution, accuracy: float, seconds: float) -> dict:
-    """What every record says of the run: scene, bands, and how far the laws hold."""
+    """The part of every record that describes the run: scene, bands, mesh, method, and errors before
+    balancing."""
     transport = solution.transport
     holes = escaped(solution)
     return {

@@ -1,4 +1,4 @@
-"""Readings held against what a scene asks, the error bars considered."""
+"""Readings held against the requirements of a scene, with their error bars."""
 
 from dataclasses import dataclass
 
@@ -6,19 +6,24 @@ from renderer.readings.glare import Glare
 from renderer.readings.grid import GridReading
 from renderer.scene.scene import Scene
 
-NAMES = {"mean_lx": ("mean illuminance", "lx", ".0f"), "min_lx": ("least illuminance", "lx", ".0f"),
-         "uniformity": ("uniformity U₀", "", ".2f"), "ugr": ("glare, UGR", "", ".1f"),
-         "cri": ("colour rendering, Ra", "", ".0f"), "melanopic_edi_lx": ("melanopic EDI", "lx", ".0f")}
-AT_MOST = ("ugr",)
-"""What must not be more than is asked; all else must not be less."""
-MET, NOT_MET, OPEN = "met", "not met", "within the error bar"
+REQUIREMENT_NAMES = {
+    "mean_lx": ("mean illuminance", "lx", ".0f"), "min_lx": ("least illuminance", "lx", ".0f"),
+    "uniformity": ("uniformity U₀", "", ".2f"), "ugr": ("glare, UGR", "", ".1f"),
+    "cri": ("colour rendering, Ra", "", ".0f"), "melanopic_edi_lx": ("melanopic EDI", "lx", ".0f"),
+}
+"""Name, unit and format of each quantity that a scene may require."""
+MET, NOT_MET, UNDECIDED = "met", "not met", "within the error bar"
+"""Verdicts of a requirement."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One requirement: what is asked of what, what is read there, and whether it is met.
+    """One requirement, the value read, and the verdict.
 
-    value, bar : None where there is none, as colour rendering in the dark
+    of : name of the grid, photometer or observer
+    key : a key of REQUIREMENT_NAMES; asked : the limit
+    value, bar : reading and its 95 % half-width; None where there is none, such as colour rendering in the
+        dark
     """
 
     of: str
@@ -29,20 +34,22 @@ class Check:
 
     @property
     def verdict(self) -> str:
-        """Met or not by more than the error bar; open where the bar decides."""
+        """Met or not met where the margin is more than the error bar; undecided elsewhere. UGR is an upper
+        limit, all other quantities are lower limits."""
         if self.value is None:
             return NOT_MET
-        spare = (self.asked - self.value) if self.key in AT_MOST else (self.value - self.asked)
+        spare = (self.asked - self.value) if self.key == "ugr" else (self.value - self.asked)
         if abs(spare) < self.bar:
-            return OPEN
+            return UNDECIDED
         return MET if spare >= 0 else NOT_MET
 
 
 def check_requirements(scene: Scene, records: dict[str, dict], grids: list[GridReading],
                        ratings: list[Glare]) -> list[Check]:
-    """Every requirement of a scene.
+    """Every requirement of a scene, checked.
 
-    records : of the photometers and of the observers' eyes, by name, as from `reading_record`
+    records : of photometers and of observers' eyes, by name, from `reading_record`
+    grids, ratings : readings of the grids, and ratings of the observers
     """
     areas = {grid.grid.name: grid for grid in grids}
     rated = {glare.name: glare for glare in ratings}

@@ -1,19 +1,18 @@
-"""A solution as an xarray Dataset: one row a patch, with names and units."""
+"""A solution as an xarray Dataset with one row for each patch."""
 
 import numpy as np
 
 from renderer.solving.solution import Solution
 
-SPECTRAL, WEIGHTED = "W m-2 nm-1", "lm m-2"
-
 
 def dataset(solution: Solution):
-    """Light on every exposed patch, as an xarray.Dataset; units are attributes.
+    """Light on every exposed patch, as an xarray.Dataset with units as attributes.
 
-    Dimensions: patch; and wavelength, the bands' middles [nm], or, of bands that are no interval of
-    wavelengths, band. By band: irradiance, direct_irradiance and radiosity [W m⁻² nm⁻¹; lm m⁻² where the
-    bands are weighted integrals], reflectance [1]. By patch: illuminance [lx], luminance [cd m⁻²], area [m²];
-    and as coordinates surface, x, y, z of its middle [m]. Raises ImportError where there is no xarray.
+    Dimensions: patch; and wavelength, the middle of each band [nm], or band where bands are no intervals of
+    wavelength. By band: irradiance, direct_irradiance and radiosity [W m⁻² nm⁻¹, or lm m⁻² where the bands
+    are weighted integrals], reflectance [1]. By patch: illuminance [lx], luminance [cd m⁻²], area [m²].
+    Coordinates of a patch: surface, and x, y, z of its middle [m]. Raises ImportError where xarray is not
+    installed.
     """
     try:
         import xarray
@@ -26,9 +25,9 @@ def dataset(solution: Solution):
     surface, luminous = mesh.surface[shown], bands.luminous
     irradiance, direct, radiosity = (values[shown] for values in (
         solution.irradiance, solution.direct_irradiance, solution.radiosity))
-    by_band, axis, unit, per_nm = ("patch", "band"), _bands(solution), WEIGHTED, 1.0
+    by_band, axis, unit, per_nm = ("patch", "band"), _bands(solution), "lm m-2", 1.0
     if bands.edges is not None:
-        by_band, unit, per_nm = ("patch", "wavelength"), SPECTRAL, bands.widths / bands.watts
+        by_band, unit, per_nm = ("patch", "wavelength"), "W m-2 nm-1", bands.widths / bands.watts
         axis = {"wavelength": ("wavelength", bands.centres, _said("wavelength, middle of the band", "nm")),
                 "band_width": ("wavelength", bands.widths, _said("width of the band", "nm"))}
     middle = dict(zip("xyz", mesh.centroid[shown].T, strict=True))
@@ -50,7 +49,8 @@ def dataset(solution: Solution):
 
 
 def _bands(solution: Solution) -> dict:
-    """Coordinates of bands that are no interval of wavelengths: channels' names, or nodes with their nm."""
+    """Coordinates of bands that are no intervals of wavelength: names of channels, or placed nodes with their
+    nm."""
     bands = solution.bands
     if bands.nodes is not None:
         numbers = np.arange(1, len(bands.nodes) + 1)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from renderer.errors import InputError
-from renderer.system.input_files import MAX_DEPTH, refuse_excess
+from renderer.system.input_files import MAX_TOML_DEPTH, refuse_excess
 from renderer.system.text import quoted
 
 ALTERNATIVE_KEYS = (("reflectance", "spectrum", "rgb", "srgb", "munsell", "lrv"), ("spectrum", "cct"),
@@ -61,8 +61,8 @@ def plain_table(table: Mapping, where: str) -> dict:
 
 
 def _plain(value, where: str, depth: int):
-    if depth > MAX_DEPTH:
-        raise InputError(f"{where} has lists or tables within each other, more than {MAX_DEPTH} deep; a "
+    if depth > MAX_TOML_DEPTH:
+        raise InputError(f"{where} has lists or tables within each other, more than {MAX_TOML_DEPTH} deep; a "
                          "scene needs 4. Remove them.")
     if isinstance(value, Mapping):
         for key in value:

@@ -1,4 +1,4 @@
-"""What a run will take, said beforehand: patches, rays, bands, time and memory."""
+"""Forecast of a run: patches, rays, bands, time and memory."""
 
 import time
 from dataclasses import dataclass
@@ -24,29 +24,23 @@ from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import REPLICAS
 
-TRIED_RAYS, TRIED_POINTS = 1 << 15, 512
-"""Rays cast and points seen from, in the scene itself, to learn what one costs here and now."""
 PARALLEL_SHARE = 0.7
-"""How much of the work runs on every core."""
-BYTES_OF_KEPT_FACTOR = 16.0
-"""Bytes of a factor kept from a coarser solve."""
-CPU_OF_A_RAY, CPU_OF_A_DRAW, CPU_OF_A_PATCH, CPU_OF_A_PATH = 0.4e-6, 0.6e-6, 0.7e-3, 2e-6
-"""Seconds of one quiet core, where meters are read by paths."""
-LIT_SHARE, RAYS_OF_A_PATH, BYTES_OF_A_PATH = 0.5, 2.7, 60.0
-"""Of draws that need a shadow ray; rays that a path takes in the mean; and bytes while it is added up."""
-START, PROGRAM = 1.7, 300e6
-"""Of any run: seconds, and bytes for the program and its packages."""
+"""Share of the work that runs on every core."""
+START_SECONDS = 1.7
+"""Time that any run takes to start [s]."""
+PROGRAM_BYTES = 300e6
+"""Memory of the program and its packages."""
 
 
 @dataclass(frozen=True)
 class Stage:
-    """One solve of a run, about.
+    """Approximate figures of one solve.
 
     patches, other_patches : of the mesh, and of the second one that tells its error
-    rays, method : on the first mesh, as a run reports; seconds : of form factors, direct light and meters
-    memory : of its operators [bytes]
-    expected : the widest error bar of photometers, and of grids' means and least values [1]; None where
-        none is lit
+    rays, method : on the first mesh, as in a run's record
+    seconds : for form factors, direct light and meters; memory : of the operators [bytes]
+    expected : relative error bar, the widest of photometers and of grids' means and minima; None where none
+        is lit
     """
 
     patches: int
@@ -60,17 +54,16 @@ class Stage:
 
 @dataclass(frozen=True)
 class Forecast:
-    """What reading a scene's photometers and grids will take, as far as can be said without doing it.
+    """Figures of reading a scene's photometers and grids, without doing it.
 
-    patches, other_patches, rays, expected : of the first solve, as in `Stage`
-    method : of form factors in the first solve, a name as in a run's record
+    patches, other_patches, rays, method, expected : of the first solve, as in `Stage`
     bands : asked for; bands_solved : distinct systems of equations
-    seconds : on this machine as busy as it is now, finer solves included
-    memory : at most, in bytes, likewise
+    seconds : on this machine as busy as it is now, with finer solves
+    memory : the most at any time, likewise [bytes]
     accuracy : asked of readings; promise : the smallest that can be promised here [1]
     finer : solves that will follow because bars are wider than asked
-    unsure : whether one solve more or less may follow: a bar is said within twice of what is asked
-    left_out, modelled : sentences
+    unsure : whether one solve more or less may follow: bars are forecast within a factor of two
+    modelled, left_out : sentences
     """
 
     patches: int
@@ -91,7 +84,7 @@ class Forecast:
 
 
 def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
-    """Plan a run and estimate it, within a factor of two. Raises InputError where it cannot be done."""
+    """Plan a run and estimate it within a factor of two. Raises InputError where the run cannot be done."""
     meters = len(scene.photometers) + sum(len(grid.points) for grid in scene.grids)
     plan = make_reading_plan(scene, accuracy, scene.solver.patch_size, meters)
     if plan.gathered:
@@ -100,7 +93,7 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     band_set = scene.band_set(bands)
     first, *_ = distinct_bands(scene.reflectance(band_set), scene.flux(band_set))
     size, pilot = size_of(*meshes), run_pilot(scene, plan, meshes[0].count)
-    one = _seconds_of_a_pair(meshes[1]), _seconds_of_a_ray(meshes[1]) if plan.rays else 0.0
+    one = _seconds_of_a_factor(meshes[1]), _seconds_of_a_ray(meshes[1]) if plan.rays else 0.0
     stages, each = [], plan
     while each is not None:
         figures = pilot.expected(size, each.rays)
@@ -116,16 +109,16 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     for stage in stages:
         memory, kept = (
             max(memory, kept + stage.memory),
-            min(kept + stage.memory, BYTES_OF_KEPT_FACTOR * MAX_KEPT_FACTORS),
+            min(kept + stage.memory, 16.0 * MAX_KEPT_FACTORS),  # bytes of a kept factor
         )
     return Forecast(start.patches, start.other_patches, len(band_set.xyz), len(first), start.rays,
-                    start.method, START + sum(stage.seconds for stage in stages),
-                    PROGRAM + memory, accuracy, plan.promise, start.expected,
+                    start.method, START_SECONDS + sum(stage.seconds for stage in stages),
+                    PROGRAM_BYTES + memory, accuracy, plan.promise, start.expected,
                     stages[1:], unsure, modelled, left_out)
 
 
 def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
-    """What a run takes whose meters are read by paths: told by counts alone, nothing is solved."""
+    """Forecast of a run whose meters are read by paths, from counts alone."""
     started, worked = time.perf_counter(), time.process_time()
     n = len(build_mesh(scene, plan.patch_size, False).patches)
     meshing = time.perf_counter() - started
@@ -135,23 +128,25 @@ def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
     paths = len(scene.photometers) * paths_needed(plan.accuracy) + points * paths_needed(2 * plan.accuracy)
     method = plan.method(n, None)
     rays, draws = method.rays_of_factors(n), n * draws_of_patch(n) * method.replicas(n)
-    work = CPU_OF_A_RAY * rays + CPU_OF_A_DRAW * draws + CPU_OF_A_PATCH * n + CPU_OF_A_PATH * paths
+    # Seconds of one quiet core for a ray, a draw of a luminaire, a patch and a path.
+    work = 0.4e-6 * rays + 0.6e-6 * draws + 0.7e-3 * n + 2e-6 * paths
     parallel = PARALLEL_SHARE / (cpu_count() or 1) + 1 - PARALLEL_SHARE
-    seconds = START + meshing + busy * work * parallel
+    seconds = START_SECONDS + meshing + busy * work * parallel
     band_set = scene.band_set(bands)
     first, *_ = distinct_bands(scene.reflectance(band_set), scene.flux(band_set))
     modelled, left_out = _sentences(scene, plan, len(band_set.xyz), len(first))
-    cast = rays + round(LIT_SHARE * draws + RAYS_OF_A_PATH * paths)
-    memory = PROGRAM + 8.0 * OPERATORS_AT_ONCE * method.entries(n) + BYTES_OF_A_PATH * paths
+    # Half of the draws need a shadow ray; a path takes 2.7 rays on average.
+    cast = rays + round(0.5 * draws + 2.7 * paths)
+    memory = PROGRAM_BYTES + 8.0 * OPERATORS_AT_ONCE * method.entries(n) + 60.0 * paths
     expected = plan.accuracy if scene.photometers or points else None
     return Forecast(n, n // 4, len(band_set.xyz), len(first), cast if plan.rays else 0, method.name, seconds,
                     memory, plan.accuracy, plan.promise, expected, [], False, modelled, left_out)
 
 
 def _stage(size: Size, plan: Plan, pilot: Pilot, figures: list[Figure], one: tuple[float, float]) -> Stage:
-    """What a solve on meshes of that size takes.
+    """Figures of a solve on meshes of that size.
 
-    figures : as they are expected; one : seconds of a factor, and of a ray, alone
+    figures : as they are expected; one : seconds of one factor, and of one ray, alone
     """
     both = [(round(n), round(v)) for n, v in ((size.patches, size.vertices),
                                               (size.other_patches, size.other_vertices))]
@@ -172,22 +167,22 @@ def _stage(size: Size, plan: Plan, pilot: Pilot, figures: list[Figure], one: tup
     return Stage(*(n for n, _ in both), round(rays), method.name, float(seconds), memory, widest)
 
 
-def _seconds_of_a_ray(mesh: Mesh) -> float:
-    """One core's time for a ray between random places of this room."""
+def _seconds_of_a_ray(mesh: Mesh, rays: int = 1 << 15) -> float:
+    """One core's time for a ray between random places of this room [s]."""
     ray_scene = RayScene(mesh)
     random = np.random.default_rng(0)
-    patch = random.integers(len(mesh.patches), size=(2, TRIED_RAYS))
+    patch = random.integers(len(mesh.patches), size=(2, rays))
     origins = ray_scene.off(mesh.centroid[patch[0]], mesh.normal[patch[0]])
     directions = mesh.centroid[patch[1]] - origins + 1e-9 * mesh.scale
     started = time.perf_counter()
     ray_scene.first_hit(origins, directions)
-    return (time.perf_counter() - started) / TRIED_RAYS
+    return (time.perf_counter() - started) / rays
 
 
-def _seconds_of_a_pair(mesh: Mesh) -> float:
-    """One core's time for the factor from a point to a patch."""
-    points = slice(0, TRIED_POINTS)
-    for _ in range(2):  # the first has memory to map
+def _seconds_of_a_factor(mesh: Mesh, most: int = 512) -> float:
+    """One core's time for the form factor from a point to a patch [s]."""
+    points = slice(0, most)
+    for _ in range(2):  # the first also maps memory
         started = time.perf_counter()
         point_factors(mesh.centroid[points], mesh.normal[points], mesh)
         seconds = time.perf_counter() - started
@@ -195,13 +190,13 @@ def _seconds_of_a_pair(mesh: Mesh) -> float:
 
 
 def _bytes_of_fields(patches: int) -> float:
-    """Memory of the light on one mesh, in all the bands that it is solved in."""
+    """Memory of the light on one mesh in all its bands [bytes]."""
     bands = len(narrow_bands().xyz) if patches < 15_000 else 31
     return 10 * 8.0 * patches * bands
 
 
 def _sentences(scene: Scene, plan: Plan, bands: int, solved: int) -> tuple[list[str], list[str]]:
-    """What is modelled and what is left out, and why."""
+    """Sentences on what is modelled, and on what is left out and why."""
     modelled, left_out = [f"{reason}" for reason in plan.reasons], []
     if not plan.rays:
         left_out.append("visibility: the room is convex and nothing stands in it")

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.colour.bands import BandSet, band_set, narrow_bands
-from renderer.readings.final_gather import REPLICAS, Gather, gather
-from renderer.readings.photometer import Spot
+from renderer.readings.final_gather import PATH_REPLICAS as REPLICAS
+from renderer.readings.final_gather import Gather, gather
+from renderer.readings.photometer import MeterPlace as Spot
 from renderer.readings.uncertainty import band_error, half_widths, rare_half_width, student
 from renderer.solving.radiosity_field import RadiosityField, distinct_bands, solve_field
 from renderer.solving.watch import Watch
 from renderer.transport.radiosity.agglomerate import Groups, agglomerated
-from renderer.transport.radiosity.solve import FOR_BARS, radiosity
+from renderer.transport.radiosity.solve import BAR_TOLERANCE as FOR_BARS
+from renderer.transport.radiosity.solve import radiosity
 from renderer.transport.transport import Transport
 
 SPREAD = 0.35
@@ -45,30 +47,30 @@ class GatherFields:
     """What the ends of paths bring (n_patches, n_bands): of this room in its own bands, and what tells the
     errors.
 
-    rgb : in RGB; replicas : likewise by each replica of the rays, or that alone
+    rgb : in RGB; parts : likewise by each part of the rays, or that alone
     coarser : on groups of patches, in RGB; these, narrow : there in the bands read, and in narrow ones
     """
 
     transport: Transport
     groups: Groups
     rgb: RadiosityField
-    replicas: list[np.ndarray]
+    parts: list[np.ndarray]
     coarser: np.ndarray
     these: np.ndarray
     narrow: np.ndarray
 
 
 def gather_fields(light: RadiosityField) -> GatherFields:
-    """Solve a room in RGB, by replicas of its rays, and on groups of its patches."""
+    """Solve a room in RGB, by parts of its rays, and on groups of its patches."""
     transport, scene = light.transport, light.scene
     rgb = light if light.bands.name == "rgb" else solve_field(scene, band_set("rgb"), transport, FOR_BARS)
-    replicas = [each.radiosity for each in rgb.by_replica()]
-    # Meters' replicas that share one of the solve's tell less of it than as many apart would.
-    stretch = np.sqrt(REPLICAS / max(1, len(replicas)))
-    replicas = [rgb.radiosity + stretch * (each - rgb.radiosity) for each in replicas] or [rgb.radiosity]
+    parts = [part.radiosity for part in rgb.by_replica()]
+    # Replicas that share a part tell less of it than as many apart would.
+    stretch = np.sqrt(REPLICAS / max(1, len(parts)))
+    parts = [rgb.radiosity + stretch * (part - rgb.radiosity) for part in parts] or [rgb.radiosity]
     groups = agglomerated(transport.mesh, transport.exchange)
     coarse = [_on_groups(light, groups, bands) for bands in (rgb.bands, light.bands, narrow_bands())]
-    return GatherFields(transport, groups, rgb, replicas, *coarse)
+    return GatherFields(transport, groups, rgb, parts, *coarse)
 
 
 def _on_groups(light: RadiosityField, groups: Groups, bands: BandSet) -> np.ndarray:
@@ -88,7 +90,7 @@ class BatchReading:
     straight : (n_meters, n_luminaires) illuminance per lumen straight from each [m⁻²]
     direct, indirect : (n_meters, n_bands); by_surface_lx : of `indirect` (n_meters, n_surfaces) [lx]
     meshes : (2, n_meters, 1 + n_surfaces) [lx] by the mesh and by groups of its patches, of which `steps`
-        says how much longer they are; replicas : (REPLICAS, n_meters, 1 + n_surfaces) [lx]
+        says how much longer they are; samples : (REPLICAS, n_meters, 1 + n_surfaces) [lx]
     these, narrow : (n_meters,) [lx] in the bands read and in narrow ones
     rare : (n_meters,) [lx] what surfaces that no path met may bring, at 95 %
     """
@@ -98,7 +100,7 @@ class BatchReading:
     indirect: np.ndarray
     by_surface_lx: np.ndarray
     meshes: np.ndarray
-    replicas: np.ndarray
+    samples: np.ndarray
     these: np.ndarray
     narrow: np.ndarray
     steps: tuple[float, ...]
@@ -106,7 +108,7 @@ class BatchReading:
 
     def errors(self, quadrature: float) -> np.ndarray:
         """95 % half-widths by mesh and by sampling (n_meters, 2) [lx]; quadrature : as in `half_widths`."""
-        return np.array([half_widths(self.meshes[:, k], self.replicas[:, k], self.steps, quadrature,
+        return np.array([half_widths(self.meshes[:, k], self.samples[:, k], self.steps, quadrature,
                                      self.rare[k])
                          for k in range(len(self.direct))]).reshape(-1, 2)
 
@@ -208,9 +210,9 @@ class _Tally:
         """Add what some meters see by as many paths, of as many steps, as each is given (n_meters,)."""
         for of, count in np.unique(np.column_stack([steps, paths])[some], axis=0):
             members = some[(steps[some] == of) & (paths[some] == count)]
-            for few in np.array_split(members, -(-len(members) * REPLICAS * count // PATHS_AT_ONCE)):
-                seen = _gathered(self.fields.transport, [spots[k] for k in few], int(count), round_, int(of))
-                self.add(few, seen, int(count))
+            for part in np.array_split(members, -(-len(members) * REPLICAS * count // PATHS_AT_ONCE)):
+                seen = _gathered(self.fields.transport, [spots[k] for k in part], int(count), round_, int(of))
+                self.add(part, seen, int(count))
 
     def add(self, some: np.ndarray, seen: Gather, paths: int) -> None:
         """Add what some meters (k,) saw by so many paths in each replica."""
@@ -221,13 +223,13 @@ class _Tally:
         luminous = rgb.bands.luminous
         meshes = [seen.mean.read(rgb.reflectance, rgb.flux, [each])[0] @ luminous
                   for each in (rgb.radiosity, fields.coarser)]
-        replicas = seen.read(rgb.reflectance, rgb.flux, fields.replicas) @ luminous
+        samples = seen.read(rgb.reflectance, rgb.flux, fields.parts) @ luminous
         bands = []
         for kind, sent in ((light.bands, fields.these), (narrow_bands(), fields.narrow)):
             scene = light.scene
             bands.append(seen.mean.read(scene.reflectance(kind), scene.flux(kind), [sent])[0].sum(axis=1)
                          @ kind.luminous)
-        new = seen.mean.straight[0], own, by_surface, np.array(meshes), replicas, np.array(bands)
+        new = seen.mean.straight[0], own, by_surface, np.array(meshes), samples, np.array(bands)
         for total, each, meter_first in zip(self.sums, new, METER_FIRST, strict=True):
             total[some if meter_first else (slice(None), some)] += paths * each
         self.paths[some] += paths
@@ -241,10 +243,10 @@ class _Tally:
     def reading(self) -> BatchReading:
         """What they read so far."""
         n = self.paths
-        straight, own, by_surface, meshes, replicas, bands = self.sums
-        middle = replicas.mean(axis=0)
-        spread = middle + STOPPED * (replicas - middle)
-        own, unmet = own / n[:, None, None], (replicas[:, :, 1:] == 0).all(axis=0)
+        straight, own, by_surface, meshes, samples, bands = self.sums
+        middle = samples.mean(axis=0)
+        spread = middle + STOPPED * (samples - middle)
+        own, unmet = own / n[:, None, None], (samples[:, :, 1:] == 0).all(axis=0)
         return BatchReading(straight / n[:, None], own[:, 0], own[:, 1], by_surface / n[:, None],
                             meshes / n[:, None],
                             spread / n[:, None], *(bands / n), (self.fields.groups.longer,),

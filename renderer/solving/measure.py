@@ -1,4 +1,4 @@
-"""What a solved room is asked beyond single photometers: grids, luminances, glare."""
+"""Readings of a solved room beyond single photometers: grids, luminances, glare."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ def read_grid(solution: Solution, grid: Grid) -> GridReading:
 
 
 def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
-    """Read a meter at some points of a grid: `read` (n,) tells at which, one or more."""
+    """Read a meter at some points of a grid. read : (n,) whether at each point, one or more"""
     where, points = _where(solution, grid), grid.points[read]
     if solution.by_paths(len(points)):
         return _by_paths(solution, grid, read)
@@ -48,7 +48,7 @@ def _by_paths(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
     batch = solution.batch(spots, areas=True)
     own = np.stack([batch.direct @ solution.bands.luminous, batch.indirect @ solution.bands.luminous], axis=1)
     apart = band_error(float(batch.these.mean()), float(batch.narrow.mean()))
-    found = summarise(grid, read, own, batch.meshes, batch.replicas, batch.steps, solution.quadrature, apart,
+    found = summarise(grid, read, own, batch.meshes, batch.samples, batch.steps, solution.quadrature, apart,
                       batch.rare)
     return replace(found, rgb=batch.meshes[0].sum(axis=1)) if solution.bands.name == "31" else found
 
@@ -59,9 +59,7 @@ def _where(solution: Solution, grid: Grid) -> str:
 
 def mean_luminance(solution: Solution, position, directions: np.ndarray, name: str) -> Figure:
     """Mean luminance [cd/m²] that an eye at a point (3,) [m] sees along unit directions (replicas, n, 3).
-
-    Each replica is an independent sample. Raises InputError where the eye can not be.
-    """
+    Raises InputError where no eye can be."""
     where, position = f"{solution.scene.path}: {name!r}", np.asarray(position, dtype=float)
     mesh_sequence = solution.mesh_sequence
     meter = meter_per_transport(lambda transport: luminance_meter(transport, position, directions, where))
@@ -77,8 +75,8 @@ def mean_luminance(solution: Solution, position, directions: np.ndarray, name: s
 
 
 def stray_light(solution: Solution) -> tuple[float, str]:
-    """Light that patches send where no surface's front is, over all lumens: so much, at most, of a reading by
-    way of the surfaces is another's; and the surface that sends most of it."""
+    """Lumens of light that patches send where no surface has its front, over all lumens, and the surface that
+    sends most of it. Readings by way of the surfaces err by that share at most."""
     exchange, surface = solution.transport.exchange, solution.transport.mesh.surface
     lumens = float((solution.flux @ solution.bands.luminous).sum())
     if exchange.lost is None or lumens <= 0:
@@ -89,11 +87,11 @@ def stray_light(solution: Solution) -> tuple[float, str]:
 
 
 def surface_luminances(solution: Solution) -> list[Figure]:
-    """Mean luminance [cd/m²] of each surface of the room and each body, of what of it is not covered."""
+    """Mean luminance [cd/m²] of the uncovered area of each surface of the room and each body."""
     mesh_sequence, own = solution.mesh_sequence, _mean_luminances(solution)
     meshes, replicas = (np.array([_mean_luminances(each) for each in some]).reshape(-1, len(own))
                      for some in (mesh_sequence.meshes, mesh_sequence.replicas))
-    meshes = np.nan_to_num(meshes)  # what a coarser mesh has covered up is not known at all
+    meshes = np.nan_to_num(meshes)  # a surface that a coarser mesh has covered is unknown there
     found = []
     for k, surface in enumerate(solution.scene.surfaces):
         if surface.kind != "luminaire" and np.isfinite(own[k]):
@@ -104,7 +102,8 @@ def surface_luminances(solution: Solution) -> list[Figure]:
 
 
 def _mean_luminances(solution: Solution) -> np.ndarray:
-    """Of each surface (n_surfaces,) [cd/m²]: Σ A B / π Σ A over its exposed patches; NaN without any."""
+    """Mean luminance of each surface (n_surfaces,) [cd/m²]: Σ A B / π Σ A over its exposed patches; NaN
+    without any."""
     areas, surface, n = solution.transport.exchange.areas, solution.transport.mesh.surface, len(
         solution.scene.surface_names)
     lumens = np.bincount(surface, areas * (solution.radiosity @ solution.bands.luminous), n)
@@ -113,8 +112,8 @@ def _mean_luminances(solution: Solution) -> np.ndarray:
 
 
 def rate_glare(solution: Solution, position, direction, name: str = "observer") -> Glare:
-    """Rate the glare of an observer whose eye at a point (3,) [m] looks along (3,), with new luminaires: the
-    maintenance factor does not enter. Raises InputError."""
+    """Rate the glare of an observer whose eye at a point (3,) [m] looks along (3,). Luminaires count as new:
+    the maintenance factor does not enter. Raises InputError."""
     direction = np.asarray(direction, dtype=float)
     seen = solution.photometer(position, direction, name)
     new = 1 / solution.scene.project.maintenance_factor

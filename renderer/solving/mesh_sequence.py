@@ -1,4 +1,4 @@
-"""One scene solved several times, on ever coarser meshes: what the error bars of its readings come from."""
+"""One scene solved on several meshes, from whose differences the error bars of readings come."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,22 +14,16 @@ from renderer.solving.radiosity_field import RadiosityField, solve_field
 from renderer.solving.transport_store import TransportStore
 from renderer.system.threads import run_concurrently
 from renderer.transport.factors.method import HemisphereRays
-from renderer.transport.radiosity.solve import FOR_BARS
-
-PATCHES_OF_A_CHEAP_MESH = 4000
-"""Patches that a finer mesh may have without a second thought."""
-MAX_PATCHES_OF_COARSER = 30_000
-"""Patches, at most, of the mesh that tells another's error."""
-MIN_PATCH_SIZE_RATIO = 1.25
-"""How many times as long patches of one mesh are as those of another, at least, to tell its error."""
+from renderer.transport.radiosity.agglomerate import MIN_PATCH_SIZE_RATIO
+from renderer.transport.radiosity.solve import BAR_TOLERANCE
 
 
 @dataclass(frozen=True)
 class MeshSequence:
-    """One scene in RGB, solved several times: how far apart these are tells how far a reading may err.
+    """One scene in RGB, solved on several meshes.
 
-    meshes : as it is, and on one or two other meshes, each coarser than the one before; or on a finer one
-    replicas : by each replica of the rays, none where none is cast; of the second mesh, whose rays are fewer,
+    meshes : the mesh that is read, and one or two others, each coarser than the one before; or a finer one
+    replicas : by each replica of the rays, none where none is cast; of the second mesh, which has fewer rays,
         where the first has none
     """
 
@@ -38,47 +32,48 @@ class MeshSequence:
 
     @property
     def steps(self) -> tuple[float, ...]:
-        """How many times as long patches are from each mesh to the next."""
+        """Patch size of each mesh over that of the one before."""
         sizes = [each.transport.mesh.size for each in self.meshes]
         return tuple(longer / shorter for shorter, longer in pairwise(sizes))
 
 
 def make_mesh_sequence(light: RadiosityField, plan: Plan, store: TransportStore) -> MeshSequence:
-    """A scene in RGB, solved as error bars need it: on this mesh and on two, each coarser than the one
-    before, or as many as can be; on a finer one where none can.
+    """A scene solved in RGB as error bars need it: on this mesh and on two coarser ones where there are any,
+    else on a finer one.
 
-    light : on this mesh, in any bands; plan : what made it; store : where transports are shared
+    light : on this mesh, in any bands; plan : its plan; store : of transports
     """
     scene, transport = light.scene, light.transport
 
     def on_this() -> tuple[RadiosityField, list[RadiosityField]]:
-        # If it is in RGB, a copy, lest it hold itself.
+        # A copy where the light is in RGB already: a solution must not refer to itself.
         fine = replace(light) if light.bands.name == "rgb" else solve_field(
-            scene, band_set("rgb"), transport, FOR_BARS)
+            scene, band_set("rgb"), transport, BAR_TOLERANCE)
         return fine, fine.by_replica() if transport.replicas > 1 else []
 
     def on_another(plan: Plan) -> RadiosityField:
-        return solve_field(scene, band_set("rgb"), store.transport(scene, plan, transport.seed + 1), FOR_BARS)
+        other = store.transport(scene, plan, transport.seed + 1)
+        return solve_field(scene, band_set("rgb"), other, BAR_TOLERANCE)
 
-    # Like with like: factors of middles and of whole patches err apart, and might err together by chance.
+    # The same method on all meshes: the errors of two methods differ, and may agree by chance.
     like = replace(plan, pair_rays_allowed=not isinstance(transport.method, HemisphereRays))
     patches = transport.mesh.count
-    times = max(2.0, float(np.sqrt(patches / MAX_PATCHES_OF_COARSER)))
+    times = max(2.0, float(np.sqrt(patches / 30_000)))
     coarser = [partial(on_another, like.times(k * times)) for k in (1, 2)]
     (fine, replicas), *others = run_concurrently(on_this, *coarser)
     meshes = [fine]
     for each in others:
         if each.transport.mesh.size < MIN_PATCH_SIZE_RATIO * meshes[-1].transport.mesh.size:
-            break  # what has one patch a wall, or is made of facets, cannot be coarser
+            break  # a mesh of one patch a wall, or of facets, cannot be coarser
         meshes.append(each)
-    if len(meshes) == 1:  # only finer: as far as that is cheap
-        shorter = next((k for k in (8, 4) if patches * k * k < PATCHES_OF_A_CHEAP_MESH), 2)
+    if len(meshes) == 1:  # only a finer mesh is possible: as fine as 4000 patches, which cost little
+        shorter = next((k for k in (8, 4) if patches * k * k < 4000), 2)
         meshes.append(on_another(like.times(transport.mesh.size / plan.patch_size / shorter)))
     return MeshSequence(tuple(meshes), replicas if transport.replicas > 1 else meshes[1].by_replica())
 
 
 def meter_per_transport(make: Callable) -> Callable[[RadiosityField], Meter]:
-    """The meter that make(transport) puts in a room, for each light on its own transport, put once."""
+    """The meter that make(transport) returns for each light, made once for each transport."""
     meters = {}
 
     def of(light: RadiosityField) -> Meter:

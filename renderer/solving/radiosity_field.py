@@ -1,4 +1,4 @@
-"""The light on one mesh in one band set, solved, and what meters read of it."""
+"""The solved light on one mesh in one band set, and readings of it by meters."""
 
 import time
 from dataclasses import dataclass, replace
@@ -10,11 +10,8 @@ from renderer.readings.photometer import Meter
 from renderer.scene.scene import Scene
 from renderer.system.lazy import cached_property
 from renderer.system.log import logged
-from renderer.transport.radiosity.solve import ENOUGH, TOLERANCE, radiosity
+from renderer.transport.radiosity.solve import REPLICA_TOLERANCE, RESIDUAL_TOLERANCE, radiosity
 from renderer.transport.transport import Transport
-
-SAME_SPECTRUM = 1e-14
-"""Of all light, that a luminaire's may differ by where bands are alike."""
 
 
 @dataclass(frozen=True)
@@ -22,10 +19,11 @@ class RadiosityField:
     """Radiosity of every patch in every band.
 
     reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
-    radiosity, received : what each patch sends, and receives by way of the others (n_patches, n_bands)
-        [W m⁻² per band; weighted integrals in RGB]
-    replica : which repeat of the rays this is solved with; None for all of them
-    bands_solved : how many distinct systems of equations that took
+    radiosity, received : sent by each patch, and received from the others (n_patches, n_bands) [W m⁻² per
+        band; weighted integrals in RGB]
+    replica : of the rays, with which this is solved; None for all of them
+    bands_solved : number of distinct systems of equations
+    seconds : of the solve
     """
 
     scene: Scene
@@ -41,17 +39,17 @@ class RadiosityField:
 
     @property
     def direct_irradiance(self) -> np.ndarray:
-        """What each patch receives straight from the luminaires (n_patches, n_bands)."""
+        """Irradiance of each patch straight from the luminaires (n_patches, n_bands)."""
         return self.transport.direct @ self.flux
 
     @property
     def irradiance(self) -> np.ndarray:
-        """What each patch receives, direct and indirect (n_patches, n_bands)."""
+        """Irradiance of each patch, direct and indirect (n_patches, n_bands)."""
         return self.direct_irradiance + self.received
 
     @cached_property
     def vertex_irradiance(self) -> np.ndarray:
-        """Indirect light that each vertex receives (n_vertices, n_bands)."""
+        """Indirect irradiance of each vertex (n_vertices, n_bands)."""
         return self.transport.at_vertices(self.radiosity, self.received, self.replica, shown=True)
 
     @cached_property
@@ -61,7 +59,8 @@ class RadiosityField:
 
     @cached_property
     def vertices_read(self) -> np.ndarray:
-        """The same as readings take it, about the patches' means (n_vertices, n_bands)."""
+        """Indirect light that each vertex reflects, as readings take it about the patches' means (n_vertices,
+        n_bands)."""
         received = self.transport.at_vertices(self.radiosity, self.received, self.replica, shown=False)
         return self.reflectance[self.transport.mesh.vertex_surface] * received
 
@@ -80,12 +79,13 @@ class RadiosityField:
 
     @property
     def worst_patch(self) -> int:
-        """Where the equation is solved least well."""
+        """The patch whose equation has the largest residual."""
         left = self.reflectance[self.transport.mesh.surface] * self.irradiance - self.radiosity
         return int((self.transport.exchange.areas * np.abs(left).sum(axis=1)).argmax())
 
     def read(self, meter: Meter) -> tuple[np.ndarray, np.ndarray]:
-        """Direct irradiance (n_bands,), and what each surface sends (n_surfaces, n_bands), at least 0."""
+        """Direct irradiance (n_bands,), and irradiance by way of each surface (n_surfaces, n_bands), at least
+        0."""
         own = slice(None) if self.replica is None else slice(self.replica, self.replica + 1)
         direct = meter.direct[own].mean(axis=0) @ self.flux
         sensors = meter.sensors[own]
@@ -107,15 +107,15 @@ class RadiosityField:
         return np.concatenate([[meter.direct[own].mean(axis=0) @ flux], indirect])
 
     def _no_less_than_nothing(self, indirect: np.ndarray) -> np.ndarray:
-        """What surfaces send (n_surfaces, …), at least 0: between vertices light varies about the patches'
-        means, which on patches far larger than a room is high may come out below 0. Replicas keep
-        theirs, since their spread is what counts."""
+        """Light that surfaces send (n_surfaces, …), at least 0. Between vertices light varies about the
+        patches' means, and on patches far larger than a room is high that may come out below 0. Replicas keep
+        negative values, since their spread is what counts."""
         return indirect if self.replica is not None else np.maximum(indirect, 0.0)
 
     @cached_property
     def _luminous(self) -> tuple[np.ndarray, ...]:
-        """What sensors add up, in lumens: flux of each luminaire, direct light reflected once (surface ×
-        luminaire), indirect light that patches reflect."""
+        """Light that sensors add up, in lumens: flux of each luminaire, direct light reflected once (surface
+        × luminaire), indirect light that patches reflect."""
         luminous = self.bands.luminous
         once = (self.reflectance[:, None, :] * self.flux[None]) @ luminous
         return self.flux @ luminous, once.ravel(), self.patch_radiosity @ luminous
@@ -129,7 +129,7 @@ class RadiosityField:
         return self.vertex_radiosity @ self.bands.luminous
 
     def by_replica(self) -> list["RadiosityField"]:
-        """The light by each replica of the rays, to first order; none where no ray is cast."""
+        """The light by each replica of the rays, to first order; [] where no ray is cast."""
         transport, bands = self.transport, self.flux.shape[1]
         replicas, stretch = transport.replicas, transport.stretch
         if replicas == 1:
@@ -137,7 +137,7 @@ class RadiosityField:
         brought = transport.departures(self.radiosity)
         more = brought + (transport.direct_replicas - transport.direct) @ self.flux / stretch
         rho = self.reflectance[transport.mesh.surface]
-        light = radiosity(transport.exchange, np.tile(rho, replicas), np.hstack(more), ENOUGH)
+        light = radiosity(transport.exchange, np.tile(rho, replicas), np.hstack(more), REPLICA_TOLERANCE)
         sent, received = (
             stretch * each.reshape(len(rho), replicas, bands).transpose(1, 0, 2) for each in light)
         received += stretch * brought
@@ -146,9 +146,9 @@ class RadiosityField:
 
 
 def solve_field(
-    scene: Scene, bands: BandSet, transport: Transport, tolerance: float = TOLERANCE
+    scene: Scene, bands: BandSet, transport: Transport, tolerance: float = RESIDUAL_TOLERANCE
 ) -> RadiosityField:
-    """Solve a scene on a transport already computed; tolerance : as for `radiosity`."""
+    """Solve a scene on a transport already computed. tolerance : as in `radiosity`"""
     started = time.perf_counter()
     reflectance, flux = scene.reflectance(bands), scene.flux(bands)
     first, index, scale = distinct_bands(reflectance, flux)
@@ -163,7 +163,8 @@ def solve_field(
 
 
 def common_direct_pattern(transport: Transport, flux: np.ndarray) -> np.ndarray | None:
-    """How light falls (n_patches,), if it does so alike in every band, as from one kind of lamp; else None.
+    """Pattern of direct light (n_patches,) where it is alike in every band, as from one kind of lamp; else
+    None.
 
     flux : (n_luminaires, n_bands)
     """
@@ -173,15 +174,15 @@ def common_direct_pattern(transport: Transport, flux: np.ndarray) -> np.ndarray 
     mix = flux[:, total.argmax()] / total.max()
     return (
         None
-        if np.abs(flux - mix[:, None] * total).max() > SAME_SPECTRUM * total.max()
+        if np.abs(flux - mix[:, None] * total).max() > 1e-14 * total.max()
         else transport.direct @ mix
     )
 
 
 def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
-    """Bands whose answers are multiples of each other are solved once: a grey room is one band.
+    """Bands whose solutions are no multiples of each other: only these are solved, one for a grey room.
 
-    Returns the bands to solve (k,), which of them each band follows (n_bands,), and its multiple.
+    Returns the bands to solve (k,), which of them each band is a multiple of (n_bands,), and the multiple.
     """
     total = flux.sum(axis=0)
     shape = flux / np.where(total > 0, total, 1.0)

@@ -1,4 +1,5 @@
-"""Readings to the accuracy asked: a room is solved again, finer, until the error bars say so."""
+"""Readings to the accuracy asked: a room is solved again on a finer mesh until its error bars are narrow
+enough."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,7 +13,7 @@ from renderer.solving.transport_store import Progress, TransportStore
 from renderer.solving.watch import Watch
 
 MAX_REFINEMENTS = 2
-"""How often a room is solved again: each time with up to four times the patches and rays."""
+"""Largest number of further solves, each with up to four times the patches and rays."""
 
 
 def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | None = None,
@@ -21,9 +22,10 @@ def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | Non
                    pictures: bool = False) -> tuple[Solution, list[Reading]]:
     """Solve a scene until its photometers read with the accuracy asked, or as finely as memory allows.
 
-    spots : (position, normal, name) of each reading; else the scene's photometers; pictures : whether the
-    solution also draws the room. The rest is as for `solve`; where the scene gives a patch size, that is
-    kept. Raises InputError or SolveError.
+    spots : position, normal and name of each reading; by default the scene's photometers
+    pictures : whether the solution also draws the room
+    bands, accuracy, seed, store, progress : as in `solve`
+    A patch size given in the scene is kept. Raises InputError or SolveError.
     """
     if spots is None:
         spots = [(p.position, p.normal, p.name) for p in scene.photometers]
@@ -41,12 +43,13 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
                 store: TransportStore | None = None, progress: Progress = lambda step: None,
                 meters: int | None = None, watch: Watch | None = None
                 ) -> tuple[Solution, object, list[Figure]]:
-    """Solve a scene until what is read off it has the accuracy asked, or as finely as memory allows.
+    """Solve a scene until its figures have the accuracy asked, or as finely as memory allows.
 
-    read : takes a Solution; returns what is wanted and the figures that must be accurate; meters : how many
-    it reads, where it does nothing else; watch : says afterwards whether an interruption has ended the
-    readings. The rest is as for `solve_and_read`. Returns the last solution, and
-    what `read` said of it.
+    read : called with a Solution; returns the readings and the figures that must be accurate
+    meters : number of meters that it reads, where it does nothing else
+    watch : tells afterwards whether an interruption has ended the readings
+    bands, accuracy, seed, store, progress : as in `solve`
+    Returns the last solution, the readings and the figures. Raises InputError or SolveError.
     """
     store, asked = store or TransportStore(), accuracy or scene.solver.accuracy
     watch = watch or Watch()
@@ -63,19 +66,22 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
             break
         progress(f"{scene.title}: {missed(figures, asked)[0].name!r} is not known to {asked:.2%} yet; "
                  "solving finer")
-        wanted = solution = None  # their operators are in the way of the next
+        wanted = solution = None  # frees memory for the next solve
         solution = replace(solve(scene, bands, accuracy, seed, store, progress, plan), watch=watch)
     return solution, wanted, figures
 
 
 def missed(figures: list[Figure], asked: float) -> list[Figure]:
-    """Those whose error bar is wider than the accuracy asked [1]."""
+    """Figures whose error bar is wider than the accuracy asked [1]."""
     return [f for f in figures if 0 < asked * f.value < f.uncertainty]
 
 
 def finer(plan: Plan, patches: int, figures: list[Figure], asked: float) -> Plan | None:
-    """The plan to solve with next, so that figures reach the accuracy asked [1]; None where all do, or memory
-    holds nothing finer. `patches` : how many the plan made."""
+    """The next plan, with which figures reach the accuracy asked [1]; None where all do, or memory allows no
+    finer one.
+
+    plan, patches : of the last solve
+    """
     wide = missed(figures, asked)
     if not wide:
         return None

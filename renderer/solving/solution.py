@@ -1,4 +1,4 @@
-"""A solved room: its readings with error bars."""
+"""A solved room and its readings with error bars."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ import numpy as np
 
 from renderer.colour.bands import BandSet, narrow_bands
 from renderer.colour.lamps import spectral_flux
-from renderer.readings.photometer import Meter, Spot, make_meter, place
+from renderer.readings.photometer import Meter, MeterPlace, make_meter, place
 from renderer.readings.reading import Reading
 from renderer.readings.spectrum import reconstructed
 from renderer.readings.uncertainty import band_error, half_widths
@@ -24,15 +24,15 @@ from renderer.system.log import LOGGER
 from renderer.transport.transport import Transport, refuse_hidden
 
 OPENING_QUADRATURE_ERROR = 4e-4
-"""Error of light through a measured luminaire's opening, as a share of a reading (docs/decisions.md, D52)."""
+"""Relative error of light through a measured luminaire's opening (docs/decisions.md, D52)."""
 
 
 @dataclass(frozen=True)
 class Solution(RadiosityField):
-    """Light in a room, and what it takes to tell how well it is known.
+    """Light in a room, with what error bars need.
 
     plan : how it was solved; store : where transports of this and of other meshes are shared
-    watch : told how far long readings are
+    watch : over long readings
     """
 
     plan: Plan
@@ -44,7 +44,7 @@ class Solution(RadiosityField):
                 f"{self.transport.mesh.count} patches)")
 
     def photometer(self, position, normal, name: str = "photometer") -> Reading:
-        """Read a meter at a point (3,) [m] that faces along normal (3,). Raises InputError."""
+        """Read a meter at a point (3,) [m] that faces along `normal` (3,). Raises InputError."""
         if self.by_paths(1):
             return self.read_at([(position, normal, name)])[0]
         return self._by_elements(position, normal, name)
@@ -68,25 +68,28 @@ class Solution(RadiosityField):
         return reading
 
     def _rgb_lx(self, at: Callable[[RadiosityField], Meter]) -> float | None:
-        """The reading in RGB [lx], which the error bar needs anyway; None beside other bands than 31."""
+        """The reading in RGB [lx], which its error bar needs anyway; None beside other bands than 31."""
         own = self.mesh_sequence.meshes[0]
         return float(own.read_lx(at(own)).sum()) if self.bands.name == "31" else None
 
     def meters(
         self, position: np.ndarray, normal: np.ndarray, where: str
     ) -> Callable[[RadiosityField], Meter]:
-        """The meter at a point (3,) that faces along a unit normal (3,), on this mesh and on those that tell
-        its error. Raises InputError."""
+        """The meter at a point (3,) [m] that faces along a unit normal (3,), for this mesh and each that
+        tells its error. Raises InputError."""
         own = make_meter(self.transport, position, normal, where)
         return meter_per_transport(lambda transport: own if transport is self.transport else make_meter(
             transport, position, normal, where, own))
 
     def _power(self, straight: np.ndarray, indirect: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray] | tuple[None, None]:
-        """What arrives at a meter at 1 nm (471,) [W m⁻² nm⁻¹] and in each band (n_bands,) [W m⁻²]:
-        straight from
-        each lamp (n_luminaires,) per lumen exactly, by way of the surfaces as the bands say (n_bands,); None
-        where these know no spectrum."""
+        """Irradiance at a meter at 1 nm (471,) [W m⁻² nm⁻¹] and in each band (n_bands,) [W m⁻²]; None where
+        the bands are no spectrum.
+
+        straight : (n_luminaires,) straight from each luminaire per lumen, whose spectrum is known at 1 nm
+            [m⁻²]
+        indirect : (n_bands,) by way of the surfaces
+        """
         if not self.bands.knows_spectrum or self.bands.watts is None:
             return None, None
         lamps = np.array([spectral_flux(lamp, lum.lumens) for lum, lamp in
@@ -128,34 +131,34 @@ class Solution(RadiosityField):
         return readings
 
     def by_paths(self, meters: int) -> bool:
-        """Whether so many meters are read by paths."""
+        """Whether that many meters are read by paths."""
         return self.plan.by_paths(meters) and any(lum.lumens for lum in self.scene.luminaires)
 
-    def batch(self, spots: list[Spot], areas: bool = False) -> BatchReading:
+    def batch(self, spots: list[MeterPlace], areas: bool = False) -> BatchReading:
         """Read meters together, by paths. areas : as in `read_batch`"""
         return read_batch(self, self.gather_fields, spots, self.plan.accuracy, self.quadrature, areas,
                           self.watch)
 
     @cached_property
     def gather_fields(self) -> GatherFields:
-        """What the ends of paths bring, and what tells their errors."""
+        """The light at the ends of paths, and what tells its errors."""
         return gather_fields(self)
 
     def parallel_map(self, read: Callable[[int], object], n: int) -> list:
-        """Return read(0) … read(n − 1), which read meters of this room, on every core."""
+        """Return [read(0), …, read(n − 1)], which read meters of this room, on every core."""
         transports = self.transports
         casting = [each.ray_scene for each in transports if each.ray_scene is not None]
         return processes.parallel_map(read, n, casting, not any(each.exchange.single for each in transports))
 
     @property
     def transports(self) -> list[Transport]:
-        """Of this mesh, and of those that tell its error."""
+        """Transports of this mesh, and of those that tell its error."""
         return list(
             {id(each.transport): each.transport for each in (self, *self.mesh_sequence.meshes)}.values()
         )
 
     def make_ready(self) -> None:
-        """Make what all readings share, on every core, before each core has one to read."""
+        """Compute what all readings share, on every core, before each core has a meter to read."""
         mesh_sequence = self.mesh_sequence
         _ = [
             each._luminous_read
@@ -164,15 +167,14 @@ class Solution(RadiosityField):
 
     @property
     def quadrature(self) -> float:
-        """Share of a reading that may be off on every mesh alike: by sums over measured luminaires' openings,
-        and by light that the solve left over or rounding took, which all readings share where hardly anything
-        absorbs."""
+        """Share of a reading that may be wrong on every mesh alike: sums over measured luminaires' openings,
+        and energy that the solve left over or rounding took, which counts where hardly anything absorbs."""
         opening = any(luminaire.opening for luminaire in self.transport.luminaires)
         return float(np.hypot(OPENING_QUADRATURE_ERROR if opening else 0.0, self.energy_balance_error))
 
     def _errors(self, at: Callable[[RadiosityField], Meter]) -> tuple[float, float, float]:
-        """Of a reading, by mesh, sampling and bands [lx]: the first two in RGB, which costs little, the
-        last on the last mesh, likewise. at : as from `meters`"""
+        """Errors of a reading by mesh, sampling and bands [lx]: the first two in RGB on all meshes, the last
+        on the coarsest mesh, where they cost little. at : from `meters`"""
         mesh_sequence = self.mesh_sequence
         meshes, replicas = (np.array([each.read_lx(at(each)) for each in some])
                            for some in (mesh_sequence.meshes, mesh_sequence.replicas))
@@ -182,7 +184,7 @@ class Solution(RadiosityField):
 
     @cached_property
     def by_bands(self) -> tuple[RadiosityField, RadiosityField]:
-        """This scene on the last mesh of its family, in these bands and in narrow ones."""
+        """This scene on the last mesh of its sequence, in these bands and in narrow ones."""
         last = self.mesh_sequence.meshes[-1].transport
         return tuple(solve_field(self.scene, bands, last) for bands in (self.bands, narrow_bands()))
 
@@ -195,11 +197,12 @@ class Solution(RadiosityField):
 def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
           seed: int | None = None, store: TransportStore | None = None,
           progress: Progress = lambda step: None, plan: Plan | None = None) -> Solution:
-    """Solve a scene; what is not given here is taken from its [solver] table.
+    """Solve a scene. A value not given is taken from the scene's [solver] table.
 
-    bands : one of BAND_SETS; accuracy : of readings [1], what mesh and rays are chosen for;
-    store : transports to share with other scenes of the same geometry; progress : told each step.
-    Raises InputError (too large, or a lamp shines into a solid) or SolveError (it has no steady state).
+    bands : one of BAND_SETS; accuracy : of readings [1], which decides mesh and rays
+    store : transports to share with other scenes of the same geometry; progress : called with each step
+    plan : instead of the one for the accuracy
+    Raises InputError (too large, or a lamp shines into a solid) or SolveError (there is no steady state).
     """
     settings = scene.solver
     accuracy = accuracy or settings.accuracy
@@ -207,7 +210,7 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
     store = store or TransportStore()
     plan = plan or make_plan(scene, accuracy, settings.patch_size)
     transport = store.transport(scene, plan, seed, progress)
-    refuse_hidden(scene, transport)  # not on the meshes that tell its error, the coarsest of which lose more
+    refuse_hidden(scene, transport)  # on this mesh only: coarser ones lose more light
     progress(f"{scene.title}: interreflections, {bands or settings.bands} bands")
     return solve_on(scene, scene.band_set(bands or settings.bands), plan, store, transport)
 

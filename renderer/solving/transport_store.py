@@ -1,4 +1,4 @@
-"""Rooms of one shape share what light does there, whatever their materials."""
+"""A store of transports, shared by rooms of one shape whatever their materials."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -7,26 +7,26 @@ from threading import Lock
 from renderer.scene.scene import Scene
 from renderer.solving.plan import Plan
 from renderer.system.cache import Cache
-from renderer.transport.factors.hemisphere_rays import Rows
+from renderer.transport.factors.hemisphere_rays import RemoteCast
 from renderer.transport.transport import Transport, compute, compute_transport
 
 Progress = Callable[[str], None]
 
 MAX_KEPT_FACTORS = 100_000_000
-"""Factors of the transports kept for other rooms, some 2 GB; past that the oldest go."""
+"""Number of factors of all transports kept for other rooms, some 2 GB; above it the oldest are removed."""
 
 
 @dataclass
 class TransportStore:
-    """Transports already computed: rooms of one shape share one, whatever their materials.
+    """Transports already computed: rooms of one shape share one.
 
-    cache : where they are kept between runs; None for nowhere
+    cache : files in which they are kept between runs; None for none
     elsewhere : as in `Transport`
     """
 
     cache: Cache | None = None
     kept: dict = field(default_factory=dict)
-    elsewhere: Rows | None = None
+    elsewhere: RemoteCast | None = None
     _changing: Lock = field(default_factory=Lock, repr=False)
 
     def transport(self, scene: Scene, plan: Plan, seed: int,

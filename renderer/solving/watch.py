@@ -1,18 +1,17 @@
-"""What a long reading says while it lasts, and what an interruption leaves of it."""
+"""Progress of a long reading, and what an interruption keeps of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-SAID_FROM = 1.0
-"""Seconds left from which a reading says how far it is."""
-
 
 @dataclass
 class Watch:
-    """Of one run's readings.
+    """The watch over one run's readings.
 
-    say : told in a sentence how far they are; keep : whether Ctrl-C ends them with the bars reached so far,
-    where each has one, instead of the run; stopped : whether it did
+    say : called with a sentence on what is left
+    keep : whether Ctrl-C ends the readings with the bars reached so far, once each has one, instead of the
+        run
+    stopped : whether it has done so
     """
 
     say: Callable[[str], None] = lambda step: None
@@ -20,15 +19,15 @@ class Watch:
     stopped: bool = False
 
     def tell(self, widest: float, asked: float, seconds: float) -> None:
-        """Say what is left to the bar, if that is a second or more.
+        """Say what is left until the bars are narrow enough, where that takes a second or more.
 
-        widest : bar over what it may be; asked : accuracy [1]; seconds : what the next paths take, about
+        widest : largest bar over what it may be; asked : accuracy [1]; seconds : approximate time left
         """
-        if seconds >= SAID_FROM:
+        if seconds >= 1:
             self.say(f"bars at {_percent(widest * asked)} of {_percent(asked)}, some {seconds:.0f} s more")
 
     def stop(self, known: bool) -> None:
-        """Take a KeyboardInterrupt: raise it on where nothing is known yet or nothing is to be kept."""
+        """Handle a KeyboardInterrupt: raise it again where nothing is known yet or nothing is to be kept."""
         if not (self.keep and known):
             raise KeyboardInterrupt
         self.stopped = True

@@ -14,7 +14,7 @@ import numpy as np
 from renderer.errors import InputError, SolveError
 from renderer.system.cache import program
 from renderer.system.text import LONGEST_SHOWN, quoted
-from renderer.transport.factors.hemisphere_rays import Rows, cast_rows
+from renderer.transport.factors.hemisphere_rays import RemoteCast, cast_rows
 from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
@@ -146,7 +146,7 @@ class Casting:
         return start, cast_rows(self.mesh, own, self.nets, start, stop), own.rays
 
 
-def rows_on(scheduler: str) -> Rows:
+def rows_on(scheduler: str) -> RemoteCast:
     """Casts rows on the workers of the Dask scheduler at that address. Raises InputError where there are
     none, now or then."""
     with connected(scheduler):

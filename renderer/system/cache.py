@@ -1,4 +1,4 @@
-"""What is kept on disk between runs: arrays that geometry and settings alone decide, as form factors are."""
+"""Files of arrays that geometry and settings alone decide, such as form factors, kept between runs."""
 
 import hashlib
 import io
@@ -18,25 +18,24 @@ from renderer.errors import CacheWarning, InputError, OutputError
 from renderer.system.files import remove_abandoned, whole_file
 
 MAX_CACHE_BYTES = 2 << 30
-"""Bytes that all files together may have; past that the one not used for longest goes."""
+"""Size of all files together; above it the file not used for longest is removed."""
 MAX_ENTRY_BYTES = MAX_CACHE_BYTES // 2
-"""What is larger is not kept: writing and reading it takes as long as computing it."""
-DIGEST_BYTES = 32
-"""Bytes of a checksum of the key and the arrays, at the start of each file."""
+"""Largest size of one result that is kept: reading a larger one takes as long as computing it."""
 
 Arrays = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
 class Cache:
-    """Files in one folder, each named after what it holds; whole or absent, whoever else writes there."""
+    """A folder of files, each named after its key. A file is whole or absent, whoever else writes there."""
 
     folder: Path
 
     def arrays(self, key: str, make: Callable[[], Arrays]) -> Arrays:
-        """What `make` returns, or what it returned when that key was last asked for.
+        """The arrays that `make` returns, read from the file of that key where there is one.
 
-        A damaged file is made anew, with a warning; a folder that cannot be written to is one, too.
+        A damaged file is computed anew, with a CacheWarning; a folder that cannot be written to gives one,
+        too.
         """
         named = _digest(f"{code()} {key}".encode())
         path = self.folder / f"{named.hex()}.kept"
@@ -47,13 +46,13 @@ class Cache:
             held = None
         if held is not None:
             arrays = (
-                _unpacked(held[DIGEST_BYTES:])
-                if held[:DIGEST_BYTES] == _digest(named, held[DIGEST_BYTES:])
+                _unpacked(held[len(named):])
+                if held[:len(named)] == _digest(named, held[len(named):])
                 else None
             )
             if arrays is not None:
                 return arrays
-            warnings.warn(f"{path} is damaged; what it held is computed anew.", CacheWarning,
+            warnings.warn(f"{path} is damaged; its contents are computed again.", CacheWarning,
                           stacklevel=2)
         made = make()
         if sum(array.nbytes for array in made.values()) <= MAX_ENTRY_BYTES:
@@ -75,7 +74,7 @@ class Cache:
 
     @cached_property
     def size(self) -> tuple[int, int]:
-        """How many files there are, and how many bytes they have together."""
+        """Number of files, and their size together [bytes]."""
         held = self._files()
         return len(held), sum(bytes_ for _, bytes_, _ in held)
 
@@ -94,7 +93,7 @@ class Cache:
             left -= bytes_
 
     def _files(self) -> list[tuple[float, int, Path]]:
-        """When each file was last used, its bytes, and its path; parts left behind are among them."""
+        """Time of last use, size [bytes] and path of each file, files of unfinished writes included."""
         found = []
         for path in self.folder.glob("*.kept"):
             try:
@@ -107,14 +106,14 @@ class Cache:
 
 
 def user_cache() -> Cache:
-    """The user's own, where their system keeps such files."""
+    """The cache in the folder that the user's system has for such files."""
     from platformdirs import user_cache_path
 
     return Cache(user_cache_path("renderer"))
 
 
 def _unpacked(data: bytes) -> Arrays | None:
-    """The arrays of an .npz file; None where it is none."""
+    """The arrays of an .npz file; None where the data are no such file."""
     try:
         with np.lib.npyio.NpzFile(io.BytesIO(data), allow_pickle=False) as file:
             arrays = dict(file)
@@ -124,8 +123,8 @@ def _unpacked(data: bytes) -> Arrays | None:
 
 
 def _digest(*pieces) -> bytes:
-    """Of one piece of data after the other."""
-    digest = hashlib.blake2b(digest_size=DIGEST_BYTES)
+    """Checksum (32 bytes) of pieces of data one after the other."""
+    digest = hashlib.blake2b(digest_size=32)
     for piece in pieces:
         digest.update(piece)
     return digest.digest()
@@ -133,7 +132,8 @@ def _digest(*pieces) -> bytes:
 
 @cache
 def code() -> str:
-    """What the arrays depend on beside their key: this program's geometry and transport, and its packages."""
+    """Checksum of what the arrays depend on beside their key: this program's geometry and transport, and its
+    packages."""
     package = Path(__file__).parent.parent
     folders = "radiometry", "scene", "transport"
     sources = sorted([*(path for folder in folders for path in package.glob(f"{folder}/**/*.py")),
@@ -145,7 +145,7 @@ def code() -> str:
 
 @cache
 def program() -> str:
-    """What readings depend on beside a scene and its files: all of this program and its tables, and its
+    """Checksum of what readings depend on beside a scene and its files: this program, its tables and its
     packages."""
     package = Path(__file__).parent.parent
     sources = sorted([*package.rglob("*.py"), *package.glob("colour/data/*.csv*")])

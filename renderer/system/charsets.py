@@ -1,30 +1,20 @@
 """Text from bytes of an unstated character set, as instruments and makers write it.
 
-Numbers and keywords are ASCII in all of these, so only labels depend on the answer.
+Numbers and keywords are ASCII in all of these, so only labels depend on the choice.
 """
 
 import codecs
 import re
 
-UTF_16 = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
-WIDE = re.compile("[\u3000-\u30ff\u3400-\u9fff\uff00-\uff60\uff64\uffe0-\uffef]")
-"""Kana, ideographs and the signs written among them; not the narrow kana, which every Latin-1 text would
-be."""
-HIGH = re.compile(rb"[\x80-\xff]+")
-CYRILLIC = re.compile(rb"[\xa8\xb8\xb9\xc0-\xff]+")
-"""Bytes of Russian letters in Windows-1251."""
-FEWEST_LETTERS = 3
-"""Bytes above ASCII in a row that no Western European word has, and Russian ones have."""
-
 
 def decode(data: bytes) -> str:
-    """The text of a file: by its byte-order mark, as UTF-16 where every other byte is zero, as UTF-8 where it
-    is that; else as Shift-JIS, Windows-1251 or GB 18030 where its letters come in the runs of these, and as
-    Windows-1252.
+    """The text of a file.
 
-    Raises ValueError with a sentence for what is no text.
+    The character set is, in this order: the one of the byte-order mark; UTF-16 where every other byte is
+    zero; UTF-8; Shift-JIS, Windows-1251 or GB 18030 where the letters come in the runs usual there;
+    Windows-1252. Raises ValueError, with a sentence, for data that are no text.
     """
-    if data[:2] in UTF_16:
+    if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
         return _utf_16(data, "utf-16")
     if b"\0" in data and not _padded(data):
         even, odd = data[:4000:2].count(0), data[1:4000:2].count(0)
@@ -53,12 +43,13 @@ def _utf_16(data: bytes, name: str) -> str:
 
 
 def _legacy(data: bytes) -> str:
-    """Text in the first character set whose letters the bytes above ASCII look like."""
+    """Text in the first of the older character sets whose letters the bytes above ASCII look like."""
     if _all_wide(data, "cp932"):
         return data.decode("cp932")
-    runs = HIGH.findall(data)
-    if (all(CYRILLIC.fullmatch(run) for run in runs)
-            and sum(len(run) >= FEWEST_LETTERS for run in runs) > len(runs) / 2):
+    runs = re.findall(rb"[\x80-\xff]+", data)
+    # Russian letters; no Western European word has three bytes above ASCII in a row.
+    if (all(re.fullmatch(rb"[\xa8\xb8\xb9\xc0-\xff]+", run) for run in runs)
+            and sum(len(run) >= 3 for run in runs) > len(runs) / 2):
         return data.decode("cp1251")
     if all(len(run) % 2 == 0 for run in runs) and _all_wide(data, "gb18030"):
         return data.decode("gb18030")
@@ -69,11 +60,13 @@ def _legacy(data: bytes) -> str:
 
 
 def _all_wide(data: bytes, name: str) -> bool:
-    """Whether bytes are text of that character set, all beyond ASCII being wide letters, and some of them two
-    in a row: single ones are accents that happen to pair with the letter behind them."""
+    """Whether all characters beyond ASCII, read in that character set, are wide letters, two of them in a row
+    somewhere. Single ones are accents that pair with the next letter by chance."""
     try:
         text = data.decode(name)
     except UnicodeDecodeError:
         return False
     beyond = re.findall(r"[^\x00-\x7f]+", text)
-    return all(WIDE.fullmatch(c) for run in beyond for c in run) and any(len(run) > 1 for run in beyond)
+    # Kana, ideographs and their signs; not the narrow kana, as which every Latin-1 text could be read.
+    wide = re.compile("[\u3000-\u30ff\u3400-\u9fff\uff00-\uff60\uff64\uffe0-\uffef]")
+    return all(wide.fullmatch(c) for run in beyond for c in run) and any(len(run) > 1 for run in beyond)

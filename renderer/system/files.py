@@ -1,4 +1,4 @@
-"""Output files: either whole or absent."""
+"""Output files, each whole or absent."""
 
 import errno
 import hashlib
@@ -12,17 +12,10 @@ from pathlib import Path
 
 from renderer.errors import InputError, OutputError
 
-OF_THE_DISK = {errno.ENOSPC, errno.EIO, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
-"""Errors that another --out in the same place would not mend."""
-PART = re.compile(r"\.[0-9a-f]{8}\.(\d+)\.part")
-"""Names of unfinished files: a digest of the final name, the process that writes it."""
-PART_IS_LEFT = 86_400.0
-"""Seconds after which an unfinished file is taken to be left behind, where processes cannot be asked."""
-
 
 def output_folder(path: Path) -> Path:
-    """Make a folder for results, see that it can be written to, and sweep up unfinished files that killed
-    runs left in it. Raises InputError or OutputError."""
+    """Make a folder for results, check that it can be written to, and remove unfinished files of runs that
+    were killed. Raises InputError or OutputError."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         probe = path / f".00000000.{os.getpid()}.part"
@@ -35,9 +28,12 @@ def output_folder(path: Path) -> Path:
 
 
 def remove_abandoned(folder: Path) -> None:
-    """Remove unfinished files in a folder whose process has ended."""
+    """Remove unfinished files in a folder whose process has ended.
+
+    Their names hold a digest of the final name and the number of the process that writes them.
+    """
     for part in folder.glob(".*.part*"):
-        match = PART.match(part.name)
+        match = re.match(r"\.[0-9a-f]{8}\.(\d+)\.part", part.name)
         with suppress(OSError):  # another run may be faster
             if match and _has_ended(int(match[1]), part):
                 part.unlink()
@@ -45,7 +41,7 @@ def remove_abandoned(folder: Path) -> None:
 
 def _has_ended(process: int, part: Path) -> bool:
     if sys.platform == "win32":  # there os.kill ends the process that it asks after
-        return time.time() - part.stat().st_mtime > PART_IS_LEFT
+        return time.time() - part.stat().st_mtime > 86_400  # one day: no run takes so long
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -57,7 +53,7 @@ def _has_ended(process: int, part: Path) -> bool:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A path beside `path` to write to; it takes that name when all is written, else vanishes.
+    """A path beside `path` to write to. It is renamed to `path` when all is written; otherwise it is removed.
 
     Raises InputError where it cannot be written, OutputError where the disk is full or fails.
     """
@@ -78,7 +74,8 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 def _refusal(error: OSError | ValueError, what: str) -> InputError | OutputError:
     reason = getattr(error, "strerror", None) or str(error)
-    if getattr(error, "errno", None) in OF_THE_DISK:
+    of_disk = {errno.ENOSPC, errno.EIO, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
+    if getattr(error, "errno", None) in of_disk:
         return OutputError(f"{what} cannot be written ({reason}). Make room on the disk, or give an --out on "
                            "another.")
     return InputError(f"{what} cannot be written to ({reason}). Give a folder that can." if "--out is" in what

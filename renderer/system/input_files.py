@@ -1,4 +1,4 @@
-"""Files that a user names: opened only where they are what they should be, and remembered."""
+"""Files that a user names: checked before they are opened, and listed with their checksums."""
 
 import codecs
 import hashlib
@@ -17,20 +17,21 @@ from renderer.system.text import quoted
 
 MAX_BYTES = {"scene": 4_000_000, "study": 4_000_000, "spectral": 16_000_000, "photometric": 16_000_000,
              "model": 500_000_000}
-"""Bytes that a file of each kind may have: at least thirty times those of the largest seen."""
-MAX_DEPTH = 20
-"""Tables and lists within each other in a TOML file; a scene has 4."""
+"""Largest size of a file of each kind [bytes]: at least thirty times the largest known."""
+MAX_TOML_DEPTH = 20
+"""Largest depth of tables and lists within each other in a TOML file; a scene has 4."""
 MAX_INTEGER = 2**63 - 1
-"""Of a TOML file (TOML 1.0, Integer)."""
-TABLE_NAME = re.compile(r"\('[^()]*\)")
-"""A table's name as tomllib says it, a tuple."""
-DECIMAL_COMMA = re.compile(r"=\s*-?\d+,\d+\s*(#.*)?$")
-"""A line that gives a key a number with a decimal comma."""
+"""Largest integer of a TOML file (TOML 1.0, Integer)."""
 
 
 @dataclass(frozen=True)
 class OpenedFile:
-    """A file as it was when it was read. path : as it was opened; sha256 : of its bytes; size : bytes."""
+    """A file as it was when it was read.
+
+    path : as it was opened
+    sha256 : checksum of its bytes
+    size : [bytes]
+    """
 
     path: Path
     sha256: str
@@ -42,7 +43,8 @@ _opened: ContextVar[dict[Path, OpenedFile] | None] = ContextVar("opened", defaul
 
 @contextmanager
 def remembered() -> Iterator[dict[Path, OpenedFile]]:
-    """Every file that `read_input` reads meanwhile, in order, each once; nested, the outer ones know it."""
+    """Every file that `read_input` reads inside this context, by path, in order. An outer context lists the
+    files of an inner one too."""
     outer, here = _opened.get(), {}
     token = _opened.set(here)
     try:
@@ -54,10 +56,13 @@ def remembered() -> Iterator[dict[Path, OpenedFile]]:
 
 
 def read_input(path: Path, kind: str, where: str, remedy: str = "Correct the path.") -> bytes:
-    """The bytes of a file that a user names. Raises InputError for what is no file, or is too large.
+    """The bytes of a file that a user names. Raises InputError where there is no such file, or it is too
+    large.
 
-    kind : a key of MAX_BYTES; where : what names the file, for the message; remedy : where there is none.
-    Never waits: a FIFO, a device or a socket is refused before it is opened.
+    kind : a key of MAX_BYTES
+    where : the key or option that names the file, for the message
+    remedy : the last sentence of the message where there is no such file
+    Never waits: a pipe, a device or a socket is refused before it is opened.
     """
     limit, name = MAX_BYTES[kind], str(path)
     try:
@@ -93,7 +98,7 @@ def _refuse_irregular(status: os.stat_result, name: str, where: str) -> None:
 
 
 def is_regular_file(path: Path) -> bool:
-    """Whether there is a regular file of that name; False for a name that cannot be one."""
+    """Whether there is a regular file of that name; False for a name that no file can have."""
     try:
         return S_ISREG(os.stat(path).st_mode)
     except (OSError, ValueError):
@@ -101,7 +106,7 @@ def is_regular_file(path: Path) -> bool:
 
 
 def parse_toml(data: bytes, where: str) -> dict:
-    """A TOML file as a table; a byte-order mark is allowed. Raises InputError for what is not TOML."""
+    """A TOML file as a table; a byte-order mark is allowed. Raises InputError for text that is not TOML."""
     text = ""
     try:
         text = data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
@@ -112,8 +117,8 @@ def parse_toml(data: bytes, where: str) -> dict:
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{where}: is not valid TOML: {_toml_fault(str(error), text)}.") from None
     except RecursionError:
-        raise InputError(f"{where}: has lists or tables within each other, more than {MAX_DEPTH} deep; a "
-                         "scene needs 4. Remove them.") from None
+        raise InputError(f"{where}: has lists or tables within each other, more than {MAX_TOML_DEPTH} deep; "
+                         "a scene needs 4. Remove them.") from None
     except ValueError:
         raise InputError(f"{where}: has an integer of thousands of digits; TOML allows "
                          f"{MAX_INTEGER:.3g}. Correct it.") from None
@@ -122,14 +127,17 @@ def parse_toml(data: bytes, where: str) -> dict:
 
 
 def _other_encoding(data: bytes) -> str:
-    """The encoding that the first bytes of a file tell, as " but UTF-16"; "" where they tell none."""
+    """The encoding that a byte-order mark names, as " but UTF-16"; "" where there is none."""
     return " but UTF-16" if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else ""
 
 
 def _toml_fault(said: str, text: str) -> str:
-    """What tomllib says is wrong, with its line; and what a lighting engineer may have meant there."""
-    said = TABLE_NAME.sub(lambda name: "[" + ".".join(re.findall(r"'(.*?)'", name[0])) + "]",
-                          " ".join(said.split()))
+    """The message of tomllib with the names of tables as in the file, and the probable mistake in its line.
+
+    said : the message, in which names of tables are tuples; text : of the file
+    """
+    said = re.sub(r"\('[^()]*\)", lambda name: "[" + ".".join(re.findall(r"'(.*?)'", name[0])) + "]",
+                  " ".join(said.split()))
     place = re.search(r"at line (\d+), column (\d+)", said)
     if not place:
         return said
@@ -139,7 +147,7 @@ def _toml_fault(said: str, text: str) -> str:
     if not letter.isascii():
         return (f"{said}; {quoted(letter)} (U+{ord(letter):04X}) is there, and outside quotation marks only "
                 "ASCII may be")
-    if DECIMAL_COMMA.search(line):
+    if re.search(r"=\s*-?\d+,\d+\s*(#.*)?$", line):  # a number with a decimal comma
         return f"{said}; write decimals with a point"
     return said
 
@@ -149,9 +157,9 @@ def refuse_excess(table: dict, where: str) -> None:
     todo: list[tuple[str, object, int]] = [("", table, 0)]
     while todo:
         key, value, depth = todo.pop()
-        if depth > MAX_DEPTH:
+        if depth > MAX_TOML_DEPTH:
             raise InputError(f"{where}: {key[:40]} has lists or tables within each other, more than "
-                             f"{MAX_DEPTH} deep; a scene needs 4. Remove them.")
+                             f"{MAX_TOML_DEPTH} deep; a scene needs 4. Remove them.")
         if isinstance(value, dict):
             todo += [(f"{key}.{name}" if key else str(name), item, depth + 1) for name, item in value.items()]
         elif isinstance(value, (list, tuple)):

@@ -1,7 +1,7 @@
 """`cached_property` as Python has it from 3.12 on.
 
-That of 3.11 holds one lock for all instances of a class, so that the operators of two meshes were made one
-after the other. Threads that ask one instance at the same time may each make the value.
+In Python 3.11 all instances of a class share one lock, so that the operators of two meshes would be computed
+one after the other. Here threads that ask one instance at the same time may each compute the value.
 """
 
 import sys

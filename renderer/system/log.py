@@ -1,4 +1,4 @@
-"""The steps of a run and their seconds, through Python's logging: nothing is shown unless it is asked for."""
+"""The log of a run's steps and their seconds, through Python's `logging`: silent unless asked for."""
 
 import logging
 import sys
@@ -8,18 +8,19 @@ from contextlib import contextmanager
 
 LOGGER = logging.getLogger("renderer")
 LOG_LEVELS = ("debug", "info", "warning")
+"""Levels that `--log-level` may be given."""
 
 
 @contextmanager
 def logged(step: str) -> Iterator[None]:
-    """Log a step with its seconds at level INFO as it ends."""
+    """Log a step with its seconds at level INFO when it ends."""
     started = time.perf_counter()
     yield
     LOGGER.info("%s: %.3f s", step, time.perf_counter() - started)
 
 
 def show_log(level: str) -> None:
-    """Show steps of at least that level (one of LOG_LEVELS) on stderr."""
+    """Show log messages of at least that level (one of LOG_LEVELS) on stderr."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("renderer: %(levelname)s: %(message)s"))
     LOGGER.handlers = [handler]

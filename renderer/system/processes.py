@@ -1,7 +1,7 @@
 """Many readings of one room at the same time: by threads, or by processes where they take long.
 
-What a meter does is many short steps, between which Python's lock goes from thread to thread: two threads do
-little more than one, two processes nearly twice as much.
+A meter takes many short steps, between which Python's lock goes from thread to thread: two threads are little
+faster than one, two processes nearly twice as fast.
 """
 
 import multiprocessing
@@ -15,26 +15,26 @@ from typing import Protocol
 from renderer.system import threads
 
 SECONDS_WORTH_A_PROCESS = 2.0
-TIMED_CALLS_PER_CORE = 2
-"""Calls for each core that tell how long the others will take."""
+"""Shortest work left [s] for which processes are started."""
 
 
 class RayCounter(Protocol):
-    """Whatever counts the rays that it casts."""
+    """An object that counts the rays that it casts."""
 
     rays: int
 
 
 _task: tuple[Callable[[int], object], Sequence[RayCounter]] | None = None
-"""Set only in forked workers."""
+"""Set in forked workers only."""
 
 
 def parallel_map(read: Callable[[int], object], n: int, counters: Sequence[RayCounter],
                  may_fork: bool = True) -> list:
-    """Return read(0) … read(n − 1), computed on every core.
+    """Return [read(0), …, read(n − 1)], computed on every core.
 
-    counters : what casts rays in these calls, whose counts are kept right across processes
-    may_fork : False where a copy of this process would be too large. Where a process dies, threads do all.
+    counters : objects that cast rays in these calls, and whose counts are added up across processes
+    may_fork : False where a copy of this process would be too large
+    Where a process dies, threads compute all.
     """
     values = [None] * n
 
@@ -45,7 +45,8 @@ def parallel_map(read: Callable[[int], object], n: int, counters: Sequence[RayCo
 
         threads.in_threads(work, stop - first, 1)
 
-    timed, started = min(n, TIMED_CALLS_PER_CORE * threads.CORES), time.perf_counter()
+    # Two calls on each core tell how long the others will take.
+    timed, started = min(n, 2 * threads.CORES), time.perf_counter()
     by_threads(0, timed)
     left = (n - timed) * (time.perf_counter() - started) / max(1, timed)
     if threads.CORES > 1 and left > SECONDS_WORTH_A_PROCESS and may_fork and _can_fork():
@@ -59,13 +60,13 @@ def parallel_map(read: Callable[[int], object], n: int, counters: Sequence[RayCo
 
 
 def _can_fork() -> bool:
-    """Whether a copy of this process can do its work: not of a daemon, nor where threads of the system's own
-    libraries do not survive it."""
+    """Whether a copy of this process can work: no daemon may fork, and system libraries other than Linux's do
+    not survive it."""
     return sys.platform == "linux" and not multiprocessing.current_process().daemon
 
 
 def _by_processes(read: Callable[[int], object], some: range, counters: Sequence[RayCounter]) -> list:
-    """Return read(k) for some k, computed by copies of this process."""
+    """Return [read(k) for k in some], computed by copies of this process."""
     fork = multiprocessing.get_context("fork")
     with ProcessPoolExecutor(threads.CORES, fork, _begin, (read, counters)) as pool:
         found = list(pool.map(_one, some))
@@ -76,7 +77,7 @@ def _by_processes(read: Callable[[int], object], some: range, counters: Sequence
 
 
 def _begin(read: Callable[[int], object], counters: Sequence[RayCounter]) -> None:
-    """In a forked worker, which is handed both as they are."""
+    """Set up a forked worker, which is handed both as they are."""
     global _task
     _task, threads.CORES = (read, counters), 1
 

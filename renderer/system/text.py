@@ -1,29 +1,26 @@
-"""Text from a stranger's file, made harmless where it is shown: on a terminal, in a table's cell."""
+"""Text from files of strangers, made harmless before it is shown on a terminal or in a table."""
 
 import csv
 import unicodedata
 from datetime import date, time
 
 LONGEST_SHOWN = 200
-"""Letters of one value that a message quotes."""
-UNPRINTED = ("Cc", "Cf", "Cs", "Zl", "Zp")
-"""Unicode categories of what moves the cursor, turns the line round, or is no letter at all."""
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""Starts of a cell that a spreadsheet computes."""
+"""Number of characters of one value that a message quotes."""
 
 
 def visible(text: str) -> str:
-    """The text with control characters, direction marks and lone surrogates as U+XXXX in brackets; line feeds
+    """The text with control characters, direction marks and lone surrogates written as <U+XXXX>; line feeds
     stay."""
     if text.isascii() and text.isprintable():
         return text
-    return "".join(c if c == "\n" or unicodedata.category(c) not in UNPRINTED else f"<U+{ord(c):04X}>"
+    # Categories of what moves the cursor, turns the line round, or is no letter.
+    unprinted = ("Cc", "Cf", "Cs", "Zl", "Zp")
+    return "".join(c if c == "\n" or unicodedata.category(c) not in unprinted else f"<U+{ord(c):04X}>"
                    for c in text)
 
 
 def quoted(value: object) -> str:
-    """A value as a message shows it: its repr, with the middle left out where it is long; dates as TOML has
-    them."""
+    """A value as a message shows it: its repr, dates as in TOML, without the middle where it is long."""
     try:
         text = value.isoformat() if isinstance(value, (date, time)) else repr(value)
     except (ValueError, RecursionError):  # an integer of thousands of digits; a list in a thousand lists
@@ -35,12 +32,13 @@ def quoted(value: object) -> str:
 
 
 def cell(value: object) -> object:
-    """A cell of a CSV file: what a spreadsheet would take for a formula begins with an apostrophe (OWASP, CSV
-    Injection)."""
+    """A cell of a CSV file: text that a spreadsheet would compute as a formula gets an apostrophe in front
+    (OWASP, CSV Injection)."""
     if not isinstance(value, str):
         return value
     text = visible(value)
-    return f"'{text}" if text.startswith(FORMULA) and not _is_number(text) else text
+    formula = text.startswith(("=", "+", "-", "@", "\t", "\r")) and not _is_number(text)
+    return f"'{text}" if formula else text
 
 
 def _is_number(text: str) -> bool:
@@ -52,7 +50,7 @@ def _is_number(text: str) -> bool:
 
 
 class CsvWriter:
-    """Writes rows of a CSV file with every cell made harmless (`cell`)."""
+    """A writer of CSV files that makes every cell harmless (`cell`)."""
 
     def __init__(self, file):
         self._writer = csv.writer(file, lineterminator="\n")
@@ -67,7 +65,7 @@ class CsvWriter:
             self.writerow(row)
 
     def write_records(self, rows: list[dict]) -> None:
-        """Write a heading from the first record's keys, and a row for each record."""
+        """Write a heading from the keys of the first record, and a row for each record."""
         self.writerow(list(rows[0]))
         for row in rows:
             self.writerow(row.values())

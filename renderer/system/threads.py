@@ -1,4 +1,4 @@
-"""Work on every core: numpy, scipy and Embree release the interpreter's lock."""
+"""Work on every core by threads: numpy, scipy and Embree release the interpreter's lock."""
 
 import os
 from collections.abc import Callable
@@ -9,26 +9,27 @@ from renderer.errors import InputError
 
 CHUNK = 1 << 16
 """Rays or pairs in one slice of work."""
-MAX_CORES = 4096
 
 
-def _cores() -> int:
-    """Cores that one process works on: fewer where several share the machine, as the workers of a sweep."""
+def _cores(most: int = 4096) -> int:
+    """Number of cores from RENDERER_CORES, else the machine's: fewer where several processes share it, as a
+    sweep's workers do. Raises InputError for a number outside 1 to `most`."""
     given = os.environ.get("RENDERER_CORES")
     if given is None:
         return os.cpu_count() or 1
-    if not (given.isascii() and given.isdecimal() and 1 <= int(given[:9]) <= MAX_CORES):
-        raise InputError(f"RENDERER_CORES is {given!r}; must be a whole number of cores, 1 to {MAX_CORES}. "
+    if not (given.isascii() and given.isdecimal() and 1 <= int(given[:9]) <= most):
+        raise InputError(f"RENDERER_CORES is {given!r}; must be a whole number of cores, 1 to {most}. "
                          "Correct it in the environment, or remove it.")
     return int(given)
 
 
 CORES = _cores()
+"""Number of cores that this process works on."""
 
 
 @cache
 def _helpers() -> ThreadPoolExecutor | None:
-    """A thread for each further core; None where there is none."""
+    """A pool with a thread for each core but one; None on one core."""
     return ThreadPoolExecutor(CORES - 1) if CORES > 1 else None
 
 
@@ -39,8 +40,9 @@ if hasattr(os, "register_at_fork"):
 def in_threads(work, n: int, chunk: int = CHUNK) -> None:
     """Call work(start, stop) for slices of n, on every core.
 
-    Whoever calls works too, and cores with nothing to do help: so work inside work is shared out where a core
-    is free, and keeps to its own where none is.
+    chunk : length of a slice
+    The calling thread works too, and idle cores help: work inside work spreads to idle cores, and otherwise
+    stays on its own.
     """
     starts = iter(range(0, n, chunk))
 
@@ -65,7 +67,7 @@ def in_threads(work, n: int, chunk: int = CHUNK) -> None:
 
 
 def run_concurrently(*works: Callable) -> list:
-    """What each of several pieces of work returns, each begun as a core is free."""
+    """The values that several functions without arguments return, each called when a core is free."""
     made = [None] * len(works)
 
     def work(start: int, _stop: int) -> None:

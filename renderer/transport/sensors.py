@@ -1,9 +1,8 @@
 """Readings and pictures as linear functions of the light on the surfaces.
 
-Whatever looks at a room, a pixel or a photometer, adds up radiosity from places on patches, each
-with a weight. Direct light there is computed exactly, with its shadows; indirect light is
-interpolated between vertices. The sum depends on geometry alone until reflectances and fluxes are
-put in, so one sensor serves every material and every band.
+A pixel or a photometer adds up radiosity from places on patches, each with a weight. Direct light there is
+computed exactly, with shadows; indirect light is interpolated between vertices. The sum depends on geometry
+alone until reflectances and fluxes are put in, so one sensor serves every material and band.
 """
 
 from dataclasses import dataclass
@@ -16,17 +15,14 @@ from renderer.transport.direct.direct import SHADOW_RAYS, direct_at
 from renderer.transport.rays.sampling import Stream
 from renderer.transport.transport import Transport
 
-EYE_RAYS_PER_SLICE = 1 << 14
-"""Rays from an eye followed at once."""
-
 
 @dataclass(frozen=True)
 class Sensor:
-    """Rows of weights (one a pixel or photometer) on the light that leaves the surfaces.
+    """Rows of weights, one a pixel or photometer, on the light that leaves the surfaces.
 
     direct : (rows, n_surfaces · n_luminaires) [m⁻²] per unit reflectance and lumen
     indirect : (rows, n_vertices) on the indirect light that each vertex reflects
-    means : (rows, n_patches) on the indirect light that each patch reflects on average
+    means : (rows, n_patches) on the mean indirect light that each patch reflects
     """
 
     direct: sparse.csr_array
@@ -35,13 +31,13 @@ class Sensor:
 
     @property
     def about_means(self) -> bool:
-        """Whether indirect light is what patches say, and vertices only how it varies across them."""
+        """Whether indirect light is taken from patches, and from vertices only as it varies across them."""
         return self.means.nnz > 0
 
     def direct_radiosity(self, reflectance: np.ndarray, flux: np.ndarray) -> np.ndarray:
         """Weighted sum of direct light reflected once (rows, n_bands).
 
-        reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands).
+        reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
         """
         once = reflectance[:, None, :] * flux[None, :, :]
         return self.direct @ once.reshape(-1, once.shape[-1])
@@ -50,8 +46,8 @@ class Sensor:
                            patch_radiosity: np.ndarray | None = None) -> np.ndarray:
         """Weighted sum of light reflected more than once (rows, n_bands).
 
-        vertex_radiosity : (n_vertices, n_bands); patch_radiosity : (n_patches, n_bands), where the
-        sensor keeps the patches' means.
+        vertex_radiosity : (n_vertices, n_bands)
+        patch_radiosity : (n_patches, n_bands), where the sensor takes indirect light from patches
         """
         smooth = self.indirect @ vertex_radiosity
         return smooth if patch_radiosity is None else smooth + self.means @ patch_radiosity
@@ -59,10 +55,10 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Spread:
-    """What a point of light stands for: a piece of a patch.
+    """Pieces of patches that points stand for.
 
     corners : (k, 4, 2) of the pieces, as s and t; places : (k, replicas, 2) where shadow rays start, likewise
-    bare : (k, n_luminaires) mean illuminance per lumen of each piece if nothing stood between [m⁻²]
+    bare : (k, n_luminaires) mean illuminance per lumen of each piece with nothing between [m⁻²]
     """
 
     corners: np.ndarray
@@ -72,8 +68,9 @@ class Spread:
 
 def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndarray, seed: int,
               rays: int = SHADOW_RAYS, replicas: int = 1, spread: Spread | None = None) -> np.ndarray:
-    """Illuminance per lumen at points (s, t) on patches (replicas, k, n_luminaires) [m⁻²], in independent
-    samples; 0 on luminaires. spread : what the points stand for
+    """Illuminance per lumen at points (s, t) on patches (replicas, k, n_luminaires) [m⁻²]; 0 on luminaires.
+
+    seed : tells uses apart; rays : shadow rays to each luminaire; spread : pieces that the points stand for
     """
     mesh = transport.mesh
     bright = transport.reflecting[patch]
@@ -93,13 +90,13 @@ def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndar
 
 def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray,
           t: np.ndarray, weight: np.ndarray, per_lumen: np.ndarray, conserving: bool = False) -> list[Sensor]:
-    """The sensors that add up `weight` × radiosity at points (s, t) on patches, by row: one for each of
-    `replicas` samples of the weights.
+    """Sensors that add up `weight` × radiosity at points (s, t) on patches, by row: one for each replica of
+    the weights.
 
     row, patch, s, t : (k,); weight : (replicas, k)
     per_lumen : (replicas, k, n_luminaires), from `direct_on`
-    conserving : indirect light is interpolated about each patch's mean, so that a patch as a whole
-        sends what it received; else between vertices alone, so that pictures show no seams.
+    conserving : whether indirect light is interpolated about each patch's mean, so that a patch as a whole
+        sends what it received; else between vertices alone, so that pictures show no seams
     """
     mesh, n_luminaires = transport.mesh, len(transport.luminaires)
     bright = np.flatnonzero(transport.reflecting[patch])
@@ -109,7 +106,7 @@ def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray,
     corners = mesh.weights(patch, s, t)
     if conserving:
         corners = corners - mesh.weights(patch, *mesh.middle_st[patch].T)
-    # Points on one patch, one after the other, are added up beforehand.
+    # Weights of neighbouring points on one patch are added up first.
     first = np.flatnonzero((np.diff(row, prepend=-1) != 0) | (np.diff(patch, prepend=-1) != 0))
     patch, ends = patch[first], np.concatenate([[0], np.cumsum(np.bincount(row[first], minlength=n_rows))])
 
@@ -128,7 +125,7 @@ def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray,
 
 
 def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
-    """What an eye (3,) sees along directions (k, 3): patch (k,) or a negative number, and (s, t)."""
+    """What an eye (3,) [m] sees along directions (k, 3): patch (k,) or a negative number, and (s, t)."""
     mesh, n = transport.mesh, len(directions)
     patch, s, t = np.empty(n, dtype=np.int64), np.empty(n), np.empty(n)
 
@@ -142,7 +139,7 @@ def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
         reach = height / np.where(slope == 0, 1.0, slope)
         s[some], t[some] = mesh.inside(found, eye + reach[:, None] * toward)
 
-    in_threads(work, n, EYE_RAYS_PER_SLICE)
+    in_threads(work, n, 1 << 14)
     return patch, np.clip(s, 0, 1), np.clip(t, 0, 1)
 
 
@@ -151,7 +148,7 @@ def emitted(transport: Transport, n: int, row: np.ndarray, surface: np.ndarray, 
     """Radiosity per lumen that each row sees of luminaires' faces (n, n_luminaires) [m⁻²]: π times the
     luminance toward it.
 
-    row, surface, weight : (k,); away : (k, 3) unit, from each surface to the eye.
+    row, surface, weight : (k,); away : (k, 3) unit, from each surface to the eye
     """
     rows, values, columns = [], [], []
     for face, k in transport.faces:

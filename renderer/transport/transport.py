@@ -1,6 +1,6 @@
-"""Everything about light in a room that its geometry alone decides, computed once.
+"""All that geometry alone decides about light in a room, computed once.
 
-A grey and a red room of one shape share it, whatever the bands; so do their pictures.
+Rooms of one shape share it, whatever their materials and bands; so do their pictures.
 """
 
 import time
@@ -23,11 +23,11 @@ from renderer.transport.direct.lamp_samples import sampled_direct
 from renderer.transport.factors.contour import point_factors
 from renderer.transport.factors.exchange import Exchange, between_patches, from_arrays
 from renderer.transport.factors.hemisphere_rays import (
-    Rows,
+    RemoteCast,
     cast,
     look_round,
     rays_of_vertex,
-    shares,
+    view_shares,
 )
 from renderer.transport.factors.method import FormFactorMethod, chosen_method
 from renderer.transport.factors.pair_rays import PairVisibility, pair_visibility_from, probe_pairs
@@ -37,33 +37,26 @@ from renderer.transport.radiosity.replicas import departures
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import REPLICAS, Stream
 
-MAX_PATCHES_DENSE = 1000
-"""Patches of a mesh for paths alone, of few rays each, up to which its operator may be dense."""
-MAX_LOST_SHARE = 0.05
-"""A luminaire of which more than this share lights no surface is refused; less is sampling error."""
-VERTEX_INSET = 1e-3
-"""How far a vertex is moved toward the exposed patches around it before it is asked what it
-receives, relative to their distance: a point on an edge or under an object has no one answer."""
-
 
 def compute(_name: str, make: Callable[[], Arrays]) -> Arrays:
-    """What `make` returns: nothing is kept between runs."""
+    """The arrays that `make` returns: nothing is kept between runs."""
     return make()
 
 
 @dataclass
 class Transport:
-    """The mesh of a room and its operators, per lumen and per unit of radiosity; each is computed when it
-    is first asked for.
+    """The mesh of a room and its operators, per lumen and per unit of radiosity; each is computed when first
+    asked for.
 
     room, mesh, luminaires, seed
-    faces : the surface that is a luminaire's face, and which luminaire's, of all that have one
-    visibility : None where nothing can stand between two points
-    remember : called with a name and what makes its arrays; returns those, made or kept
-    elsewhere : casts the rays of a large mesh on other machines; None for here
-    pair_rays_allowed : whether rays may go between doubtful pairs alone, where those need no more
-    sampled : whether direct light on patches is drawn, as readings do that gather it anew on what they see
-    meters : placed in it so far, by place, for the next room of this shape; placed : where those stand
+    faces : surface and luminaire of each luminaire's face
+    rays_per_patch : asked for; 0 where nothing can stand between two points
+    ray_scene : None where nothing can stand between two points
+    remember : called with a name and a function that computes arrays; returns those arrays
+    elsewhere : casts the rays of a large mesh on other machines; None for this machine
+    pair_rays_allowed : whether rays may go between doubtful pairs alone, where that takes fewer
+    sampled : whether direct light on patches is drawn, for readings that gather it anew
+    meters, placed : meters in this room by place, and their places, kept for the next room of this shape
     """
 
     room: Room
@@ -75,7 +68,7 @@ class Transport:
     seed: int
     ray_scene: RayScene | None
     remember: Callable[[str, Callable[[], Arrays]], Arrays] = compute
-    elsewhere: Rows | None = None
+    elsewhere: RemoteCast | None = None
     pair_rays_allowed: bool = True
     sampled: bool = False
     seconds: float = field(default=0.0)
@@ -88,19 +81,19 @@ class Transport:
 
     @cached_property
     def hits(self) -> np.ndarray:
-        """What the rays from each patch meet (n_patches, rays)."""
+        """What the rays from each unknown meet (n_unknowns, rays)."""
         seed = self.seed, Stream.HEMISPHERE_RAYS
         return self._remembered("rays", lambda: {"hits": cast(
             self.mesh, self.ray_scene, self.rays_per_patch, seed, self.elsewhere)})["hits"]
 
     @cached_property
     def method(self) -> FormFactorMethod:
-        """How the form factors of this mesh are computed."""
+        """The method of form factors on this mesh."""
         return chosen_method(self.mesh.count, self.rays_per_patch, self._pair_visibility())
 
     def _pair_visibility(self) -> PairVisibility | None:
-        """What patches see of each other; None where nothing stands between them, or so much that rays over
-        their hemispheres are fewer."""
+        """What patches see of each other; None where nothing stands between them, or where rays over
+        hemispheres are fewer."""
         if self.ray_scene is None or not self.pair_rays_allowed:
             return None
 
@@ -115,19 +108,19 @@ class Transport:
     @cached_property
     def _operator(self) -> Arrays:
         def make() -> Arrays:
-            dense = not self.sampled or len(self.mesh.patches) <= MAX_PATCHES_DENSE
+            dense = not self.sampled or len(self.mesh.patches) <= 1000  # few rays a patch leave it sparse
             return self.method.factors(self.mesh, lambda: self.hits, dense).arrays()
 
         return self._remembered("exchange", make)
 
     @cached_property
     def exchange_of_unknowns(self) -> Exchange:
-        """Who exchanges light with whom, gathered facets as one."""
+        """The exchange operator between unknowns; gathered facets are one."""
         return from_arrays(self._operator)
 
     @cached_property
     def exchange(self) -> Exchange:
-        """Who exchanges light with whom, patch by patch."""
+        """The exchange operator between patches."""
         if self.mesh.gathering is None:
             return self.exchange_of_unknowns
         return between_patches(self.exchange_of_unknowns, self.mesh.gathering)
@@ -169,7 +162,7 @@ class Transport:
 
     @property
     def rays(self) -> int:
-        """Visibility rays cast so far, the camera's own left out where light needs none."""
+        """Number of visibility rays cast so far; the camera's are left out where light needs none."""
         return self.ray_scene.rays if self.ray_scene is not None else 0
 
     @cached_property
@@ -179,7 +172,7 @@ class Transport:
 
     @cached_property
     def eye(self) -> RayScene:
-        """What a camera looks through: rays are cast even where light needs none."""
+        """The rays of a camera, which are cast even where light needs none."""
         return self.ray_scene or RayScene(self.mesh)
 
     @property
@@ -194,11 +187,12 @@ class Transport:
 
     def at_vertices(self, radiosity: np.ndarray, received: np.ndarray, replica: int | None,
                     shown: bool) -> np.ndarray:
-        """What each vertex receives by way of the patches (n_vertices, n_bands).
+        """Irradiance of each vertex by way of the patches (n_vertices, n_bands) [W m⁻²].
 
-        radiosity, received : (n_patches, n_bands), what each patch sends, and receives by way of the others;
-        replica : by which repeat of the rays; None for all; shown : in pictures, where light is
-        what vertices say; readings take the patches' means and only what vertices differ by.
+        radiosity, received : (n_patches, n_bands), sent by each patch, and received from the others
+        replica : of the rays; None for all of them
+        shown : True for pictures, whose light is the vertices'; False for readings, which take the patches'
+            means and only the variation from the vertices, from fewer rays
         """
         if self.ray_scene is not None and self.replicas == 1:
             return self.mesh.around_vertices @ received
@@ -212,13 +206,13 @@ class Transport:
 
     @cached_property
     def to_vertices(self) -> tuple:
-        """What each vertex receives per unit radiosity of each patch (n_vertices, n_patches), and the
-        same by each replica of the rays."""
+        """Irradiance of each vertex per unit radiosity of each patch (n_vertices, n_patches), and likewise by
+        each replica of the rays."""
         return self._from_vertices("vertices", self.rays_per_patch)
 
     @cached_property
     def to_vertices_read(self) -> tuple:
-        """The same from as many rays as readings need."""
+        """`to_vertices` from as many rays as readings need."""
         if self.ray_scene is None:
             return self.to_vertices
         return self._from_vertices("vertices read", rays_of_vertex(self.rays_per_patch))
@@ -226,7 +220,7 @@ class Transport:
     def _from_vertices(self, name: str, rays: int) -> tuple:
         mesh = self.mesh
         points, normals = self._vertex_points()
-        if self.mesh.group is not None:  # those of gathered facets receive what their patch does
+        if self.mesh.group is not None:  # vertices of gathered facets receive what their group does
             points, normals = points[~mesh.gathered], normals[~mesh.gathered]
         if self.ray_scene is None:
             lifted = points + HORIZON / 2 * mesh.scale * normals
@@ -235,19 +229,22 @@ class Transport:
         lifted = self.ray_scene.off(points, normals)
         hits = self._remembered(name, lambda: {"hits": look_round(
             lifted, normals, self.ray_scene, rays, (self.seed, Stream.VERTEX_RAYS))})["hits"]
-        return shares(hits, len(mesh.patches)), tuple(
-            shares(replica, len(mesh.patches)) for replica in np.split(hits, REPLICAS, axis=1))
+        return view_shares(hits, len(mesh.patches)), tuple(
+            view_shares(replica, len(mesh.patches)) for replica in np.split(hits, REPLICAS, axis=1))
 
     @cached_property
     def reflecting(self) -> np.ndarray:
-        """Which patches are not a luminaire's face (n_patches,); those are black."""
+        """Whether each patch reflects (n_patches,): faces of luminaires are black."""
         return ~np.isin(self.mesh.surface, [surface for surface, _ in self.faces])
 
     def _vertex_points(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n_vertices, 3) [m] where vertices receive light, and normals. Each is moved by a thousandth
+        of the distance toward the exposed patches around it: on an edge or under an object light has no one
+        value."""
         mesh = self.mesh
         share = np.where(self.reflecting, self.exchange.areas / mesh.area, 0.0)
         corner = mesh.patches.ravel()
-        # Exposed patches draw with their weight, others only where there is no exposed one.
+        # Exposed patches draw the vertex with their weight, others only where there is no exposed one.
         weight = np.repeat(np.where(share > 0.5, 1.0, 1e-9 + 1e-3 * share), 4)
         total = np.bincount(corner, weight, len(mesh.vertices))
         target = np.stack([np.bincount(corner, weight * np.repeat(mesh.centroid[:, k], 4),
@@ -255,17 +252,17 @@ class Transport:
         target /= total[:, None]
         normals = np.zeros_like(mesh.vertices)
         normals[corner] = np.repeat(mesh.normal, 4, axis=0)
-        return mesh.vertices + VERTEX_INSET * (target - mesh.vertices), normals
+        return mesh.vertices + 1e-3 * (target - mesh.vertices), normals
 
 
 def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
-                      remember=compute, elsewhere: Rows | None = None, pair_rays_allowed: bool = True,
+                      remember=compute, elsewhere: RemoteCast | None = None, pair_rays_allowed: bool = True,
                       sampled: bool = False) -> Transport:
-    """Divide the room into patches and find out who exchanges light with whom.
+    """Divide the room into patches and compute the exchange and the direct light between them.
 
-    patch_size [m]; rays : per patch, a power of 2, or 0 where nothing can stand between two patches;
-    remember, elsewhere, pair_rays_allowed, sampled : as in `Transport`. Raises InputError where objects fill
-    the room.
+    patch_size : [m]; rays : of each patch, a power of 2, or 0 where nothing can stand between two patches
+    remember, elsewhere, pair_rays_allowed, sampled : as in `Transport`
+    Raises InputError where objects fill the room.
     """
     started = time.perf_counter()
     with logged(f"{scene.title}: mesh of patches of {patch_size:.3g} m"):
@@ -277,16 +274,19 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
         names = ", ".join(repr(body.name) for body in scene.bodies)
         raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "
                          "Make them smaller.")
-    _ = transport.lost  # direct light, whose time is counted here
+    _ = transport.lost  # computes direct light, so that its time counts
     if transport.replicas == 1:
-        transport.__dict__.pop("hits", None)  # counted, and as large as the rest
+        transport.__dict__.pop("hits", None)  # no longer needed, and large
     transport.seconds = time.perf_counter() - started
     return transport
 
 
-def refuse_hidden(scene: Scene, transport: Transport) -> None:
-    """Raise InputError where a luminaire's light does not get into the room."""
-    for index in np.flatnonzero(np.abs(transport.lost) > MAX_LOST_SHARE):
+def refuse_hidden(scene: Scene, transport: Transport, most: float = 0.05) -> None:
+    """Raise InputError where a luminaire's light does not get into the room.
+
+    most : share of its lumens that may be lost by sampling error
+    """
+    for index in np.flatnonzero(np.abs(transport.lost) > most):
         raise InputError(f"{scene.path}: luminaires[{index}] {transport.luminaires[index].name!r} sends "
                          f"{transport.lost[index]:.0%} of its light into a surface that it touches or an "
                          "object that covers it. Move it clear, or turn its normal into the room.")

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from renderer.pictures.camera import View
-from renderer.readings.uncertainty import ROUNDING, step_shares, student
+from renderer.readings.uncertainty import READING_ROUNDING, step_shares, student
 from renderer.solving.solution import Solution
 from renderer.transport.direct.direct import SHADOW_RAYS, unoccluded
 from renderer.transport.rays.sampling import REPLICAS
@@ -33,7 +33,7 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
                for each, light in zip(mesh_sequence.meshes[1:], there, strict=True)]
     moved = [share * _largest(mesh, np.abs(one - other)) for share, one, other in zip(
         step_shares(mesh_sequence.steps), values, values[1:], strict=False)]
-    of_mesh = np.sqrt(np.mean(np.square(moved), axis=0)) + ROUNDING * _at_middle(mesh, here)
+    of_mesh = np.sqrt(np.mean(np.square(moved), axis=0)) + READING_ROUNDING * _at_middle(mesh, here)
     replicas = mesh_sequence.replicas
     if not replicas:
         return of_mesh, np.zeros(len(mesh.patches))

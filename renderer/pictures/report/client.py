@@ -5,7 +5,7 @@ from html import escape
 from pathlib import Path
 
 from renderer.pictures.report.tables import table
-from renderer.records.requirements import MET, NAMES, NOT_MET
+from renderer.records.requirements import MET, NOT_MET, REQUIREMENT_NAMES
 from renderer.system.files import whole_file
 
 HERE = Path(__file__).parent
@@ -59,7 +59,7 @@ def _checks(room) -> str:
         return "<p>The scene states no [[requirements]].</p>"
     rows = []
     for check in room.checks:
-        name, unit, form = NAMES[check.key]
+        name, unit, form = REQUIREMENT_NAMES[check.key]
         sign = "≤" if check.key == "ugr" else "≥"
         got = DASH if check.value is None else f"{check.value:{form}} {unit}".strip()
         bar = f"± {check.bar:.2g}" if check.bar else ""

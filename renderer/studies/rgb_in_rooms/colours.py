@@ -9,7 +9,7 @@ from renderer.colour.lamps import spectral_flux
 from renderer.colour.tables import cie_1931
 from renderer.readings.alpha_opic import equivalent_daylight
 from renderer.readings.colorimetry import colour_temperature
-from renderer.readings.rendering import GENERAL, special_indices
+from renderer.readings.rendering import general_index, special_indices
 from renderer.readings.spectrum import reconstructed
 from renderer.studies.rgb_in_rooms.gains import READINGS
 from renderer.studies.rgb_in_rooms.models import LAMPS, REFERENCE, Model, lamp_spectrum
@@ -77,7 +77,7 @@ def _of_spectrum(power: np.ndarray) -> tuple:
     xyz = power @ cie_1931()[1]
     xy = tuple(xyz[:2] / xyz.sum())
     cct = colour_temperature(xy)[0]
-    ra = None if cct is None else special_indices(power, cct)[:GENERAL].mean()
+    ra = None if cct is None else general_index(special_indices(power, cct))
     return xy, cct, ra, equivalent_daylight(power)[-1], K_M * xyz[1]
 
 

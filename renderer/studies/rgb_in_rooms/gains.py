@@ -10,7 +10,7 @@ import numpy as np
 
 from renderer.scene.scene import Scene
 from renderer.transport.direct.direct import direct_at
-from renderer.transport.radiosity.solve import FOR_BARS, radiosity
+from renderer.transport.radiosity.solve import BAR_TOLERANCE, radiosity
 from renderer.transport.rays.sampling import Nets, Stream, cosine_directions
 from renderer.transport.transport import Transport, compute_transport
 
@@ -41,7 +41,7 @@ class RoomGains:
         for start in range(0, reflectance.shape[1], COLUMNS_AT_ONCE):
             rho = reflectance[mesh.surface, start:start + COLUMNS_AT_ONCE]
             falling = np.tile(share[:, None], (1, rho.shape[1]))
-            _, received = radiosity(self.transport.exchange, rho, falling, FOR_BARS, share)
+            _, received = radiosity(self.transport.exchange, rho, falling, BAR_TOLERANCE, share)
             read.append(self.weights @ (rho * (falling + received)))
         return np.hstack(read)
 

@@ -1,33 +1,26 @@
-"""Light straight from the luminaires: per lumen of each, at points and on patches."""
+"""Light straight from the luminaires, per lumen of each, at points and on patches."""
 
 import numpy as np
 
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.factors.exchange import Exchange
-from renderer.transport.factors.shafts import SLACK, reaches
+from renderer.transport.factors.shafts import SHAFT_SLACK, reaches
 from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import REPLICAS, Nets
 
-PATCH_POINTS, PATCH_RAYS = 4, 8
-"""Points on a patch, and shadow rays from each, where its direct light has no closed form: in each of
-so many independent replicas."""
-BRIGHT, MOST = 256, 5
-"""A patch has twice the points for each time that its share of a luminaire's light doubles past 1 in so many,
-so often at most: what all of them miss together is then small, and they are few."""
-POINTS_PER_SLICE = 1 << 15
-"""Rays to a luminaire worked on at once: what stays in the cache."""
-POINTS_SEEN_TOGETHER = 32
-"""Points in a row that are first looked at as one."""
-PAIRS_PER_SLICE = 1 << 12
-"""Of those and boxes, looked at in one go."""
+PATCH_POINTS = 4
+"""Points on a patch in each replica, where its direct light has no closed form."""
 SHADOW_RAYS = 64
-"""Rays from a point to a luminaire with area: its penumbra in 64 steps, jittered."""
+"""Rays from a point to a luminaire with area: its penumbra has 64 steps."""
 
 
 def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire]) -> np.ndarray:
-    """Illuminance per lumen (k, n_luminaires) [lx/lm = m⁻²], nothing standing between."""
+    """Illuminance per lumen of each luminaire (k, n_luminaires) [m⁻²] at points, with nothing between.
+
+    points, normals : (k, 3) [m], unit
+    """
     factors = np.zeros((len(points), len(luminaires)))
     for index, lum in enumerate(luminaires):
         factors[:, index] = lum.illuminance(points, normals)
@@ -38,9 +31,11 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
                   ray_scene: RayScene, rays: int, seed: tuple[int, ...], replicas: int) -> np.ndarray:
     """Share of a luminaire's light that reaches each point past what stands between (replicas, k).
 
-    points : (k, 3) [m], already off their surface, or (k, replicas, 3), a place for each replica. Rays go to
-    points all over the luminaire, each weighted with what it would bring; so many to each point in each of
-    `replicas` independent nets. What few rays say is biased as that weight varies, so they are aimed.
+    points : (k, 3) [m], already off their surface; or (k, replicas, 3), one for each replica
+    normals : (k, 3) unit
+    rays : to points all over the luminaire, from each point in each replica; each counts by what it would
+        bring
+    Few rays to points that bring unequal light are biased, so the luminaire aims them (`aimed`).
     """
     each = points if points.ndim > 2 else points[:, None]
     if luminaire.is_point:
@@ -51,7 +46,7 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
 
     def work(start: int, stop: int) -> None:
         square = nets.draw(start, stop)
-        few = max(1, POINTS_PER_SLICE // (rays * replicas))
+        few = max(1, (1 << 15) // (rays * replicas))  # what stays in the cache
         for first in range(start, stop, few):
             some = slice(first, min(first + few, stop))
             origins = each[some] if each.shape[1] == 1 else np.repeat(each[some], rays, axis=1)
@@ -67,50 +62,62 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
 
 def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
                     boxes: np.ndarray) -> np.ndarray:
-    """Whether some box (m, 8, 3) reaches between any of a group of points (k, c, 3), on the front of their
-    tangent plane, and the luminaire (k,), each in a box along the room's axes. Where it is False no shadow
-    ray is needed."""
+    """Whether a box may stand between the luminaire and a group of points (k,); where False, no shadow ray is
+    needed.
+
+    points : (k, c, 3) [m], c points of each group
+    normals : (k, 3) unit, of the groups' tangent planes, in front of which a box counts
+    boxes : (m, 8, 3) [m]
+    Each group and the luminaire are taken as boxes along the room's axes.
+    """
     lamp = np.array([luminaire.corners.min(axis=0), luminaire.corners.max(axis=0)])
     boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)])
-    # A sheet does not stand in the way of its own light.
+    # A luminaire does not stand in the way of its own light.
     boxes = boxes[:, ~(boxes == lamp[:, None]).all(axis=(0, 2))].transpose(0, 2, 1)
     shadowed = np.zeros(len(points), dtype=bool)
+    together = 32  # points in a row that are first tested as one
 
     def work(start: int, stop: int) -> None:
         p, n = points[start:stop].T, normals[start:stop].T
         front = (p * n[:, None]).sum(axis=0).min(axis=0)
         p = p.min(axis=1), p.max(axis=1)
-        # Of points one after the other most have nothing near them, which all of them tell at once.
-        first = np.arange(0, stop - start, POINTS_SEEN_TOGETHER)
+        # Most groups of points have nothing near them: one test tells it for all.
+        first = np.arange(0, stop - start, together)
         low, high = np.minimum.reduceat(p[0], first, axis=1), np.maximum.reduceat(p[1], first, axis=1)
         facing = np.minimum.reduceat(n, first, axis=1)
         alike = (facing == np.maximum.reduceat(n, first, axis=1)).all(axis=0)
         least = np.where(alike, np.minimum.reduceat(front, first), -np.inf)
         found = shadowed[start:stop]
-        some = max(1, PAIRS_PER_SLICE // len(first))
+        some = max(1, (1 << 12) // len(first))
         for block in range(0, boxes.shape[2], some):
             box = boxes[..., block:block + some]
             group, of = (each.ravel() for each in np.indices((len(first), box.shape[2])))
             near = np.flatnonzero(_in_the_way(low[:, group], high[:, group], facing[:, group], least[group],
                                               lamp, box[..., of]))
-            point = (first[group[near], None] + np.arange(POINTS_SEEN_TOGETHER)).ravel()
-            of = np.repeat(of[near], POINTS_SEEN_TOGETHER)
+            point = (first[group[near], None] + np.arange(together)).ravel()
+            of = np.repeat(of[near], together)
             asked = np.flatnonzero(point < stop - start)
             asked = asked[~found[point[asked]]]
             k = point[asked]
             hidden = _in_the_way(p[0][:, k], p[1][:, k], n[:, k], front[k], lamp, box[..., of[asked]])
             found[k[hidden]] = True
 
-    in_threads(work, len(points), POINTS_PER_SLICE)
+    in_threads(work, len(points), 1 << 15)
     return shadowed
 
 
 def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np.ndarray, lamp: np.ndarray,
                 box: np.ndarray) -> np.ndarray:
-    """Whether each of boxes (2, 3, k) reaches between a lamp's (2, 3) and what goes from low to high (3, k),
-    in front of what faces along a normal (3, k), `front` (k,) along it."""
+    """Whether each box reaches between a luminaire and a group of points, in front of the group (k,).
+
+    low, high : (3, k) [m], corners of the groups
+    normal : (3, k) unit, of the groups
+    front : (k,) [m], where the groups' tangent planes are along their normals
+    lamp : (2, 3) [m], lowest and highest corner of the luminaire
+    box : (2, 3, k) [m], likewise of the boxes
+    """
     to_low, to_high = lamp[0][:, None] - low, lamp[1][:, None] - high
-    slack = SLACK * np.maximum(-to_low, to_high).max(axis=0, initial=0.0)
+    slack = SHAFT_SLACK * np.maximum(-to_low, to_high).max(axis=0, initial=0.0)
     least, most = box
     found = (np.where(normal > 0, most, least) * normal).sum(axis=0) > front + slack
     k = np.flatnonzero(found)
@@ -123,12 +130,15 @@ def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminair
               ray_scene: RayScene | None, seed: tuple[int, ...], rays: int = SHADOW_RAYS,
               origins: np.ndarray | None = None, replicas: int = 1,
               around: np.ndarray | None = None, bare: np.ndarray | None = None) -> np.ndarray:
-    """Illuminance per lumen at points (replicas, k, n_luminaires) [m⁻²], shadows included.
+    """Illuminance per lumen at points (replicas, k, n_luminaires) [m⁻²], with shadows.
 
-    visibility : None where nothing can stand between; rays : to each luminaire, in each of `replicas`
-    independent nets; origins : where rays start, (k, 3) [m], or (k, replicas, 3), one for each replica; else
-    off the points along their normals; around : (k, c, 3) corners of what holds all of those; bare :
-    (k, n_luminaires) [m⁻²] without shadows, where that is known already.
+    points, normals : (k, 3) [m], unit
+    ray_scene : None where nothing can stand between
+    rays : to each luminaire from each point in each replica
+    origins : where rays start, (k, 3) [m], or (k, replicas, 3), one for each replica; by default off the
+        points along their normals
+    around : (k, c, 3) [m] corners of what holds all origins of a point
+    bare : (k, n_luminaires) [m⁻²] without shadows, where it is known already
     """
     bare = unoccluded(points, normals, luminaires) if bare is None else bare
     factors = np.repeat(bare[None], replicas, axis=0)
@@ -146,12 +156,11 @@ def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminair
 def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire],
                       ray_scene: RayScene | None, seed: tuple[int, ...],
                       replicas: int) -> tuple[np.ndarray, np.ndarray]:
-    """Mean illuminance of each patch per lumen (replicas, n_patches, n_luminaires) [m⁻²], in so many
-    independent samples: one where nothing can stand between.
+    """Mean illuminance of each patch per lumen (replicas, n_patches, n_luminaires) [m⁻²], and the share of
+    each luminaire's lumens that met no patch (n_luminaires,).
 
-    In closed form where nothing stands between; times the share that gets past what does. All
-    lumens arrive somewhere: each luminaire's sum is scaled to 1. Returns also what was missing
-    from that sum before (n_luminaires,).
+    In closed form, times the share of light that gets past what stands between. Each luminaire's sum over the
+    patches is then scaled to 1, since all lumens arrive somewhere.
     """
     live = np.flatnonzero(exchange.areas > 0)
     mean = np.zeros((replicas, mesh.count, len(luminaires)))
@@ -159,7 +168,8 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
         flux = _unoccluded_on(mesh, live, lum, (*seed, index, 0))
         mean[:, live, index] = flux / exchange.areas[live]
         if ray_scene is not None:
-            doubled = np.ceil(np.log2(np.maximum(BRIGHT * flux, 1))).clip(max=MOST)
+            # Twice the points on a patch for each doubling of its share of a luminaire's light past 1/256.
+            doubled = np.ceil(np.log2(np.maximum(256 * flux, 1))).clip(max=5)
             for more in np.unique(doubled[flux > 0]).astype(int):
                 lit = live[(flux > 0) & (doubled == more)]
                 mean[:, lit, index] *= _share_on(mesh, lit, lum, ray_scene, (*seed, index, 1, more), replicas,
@@ -169,7 +179,8 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
 
 
 def _unoccluded_on(mesh: Mesh, unknown: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
-    """The same of each unknown (k,): of gathered facets their sum."""
+    """Share of a luminaire's lumens that each unknown would receive with nothing between (k,); of gathered
+    facets their sum."""
     if mesh.gathering is None:
         return _unoccluded_flux(mesh, unknown, lum, seed)
     wanted = np.zeros(mesh.count, dtype=bool)
@@ -180,7 +191,7 @@ def _unoccluded_on(mesh: Mesh, unknown: np.ndarray, lum: Luminaire, seed) -> np.
 
 
 def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
-    """Share of a luminaire's lumens that each patch would receive if nothing stood between (k,)."""
+    """Share of a luminaire's lumens that each patch would receive with nothing between (k,)."""
     flux = lum.share_on(mesh, patch)
     sampled = np.flatnonzero(np.isnan(flux))
     if len(sampled):
@@ -191,9 +202,11 @@ def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.
 
 
 def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene, seed,
-              replicas: int, on_each: int) -> np.ndarray:
-    """Share of a luminaire's light on each patch that gets past what stands between (replicas, k), by so many
-    points on each in each replica."""
+              replicas: int, on_each: int, rays: int = 8) -> np.ndarray:
+    """Share of a luminaire's light on each patch that gets past what stands between (replicas, k).
+
+    on_each : points on each patch in each replica; rays : from each point to the luminaire
+    """
     points, normals = _points_over(mesh, patch, seed, replicas, on_each)
     share = np.ones((replicas, len(patch)))
     maybe = may_be_shadowed(points[:, None], normals, lum, ray_scene.mesh.obstacles)
@@ -204,7 +217,7 @@ def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene
     past = factors.copy()
     asked = np.flatnonzero(maybe & (factors > 0))
     past[asked] *= visible_share(ray_scene.off(points[asked], normals[asked]), normals[asked], lum,
-                                 ray_scene, PATCH_RAYS, (*seed, 0), 1)[0]
+                                 ray_scene, rays, (*seed, 0), 1)[0]
     past, total = (np.einsum("kpr->pk", x.reshape(-1, replicas, on_each)) for x in (past, factors))
     share[:, some] = past / np.where(total > 0, total, 1.0)
     return share
@@ -212,14 +225,14 @@ def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene
 
 def _points_on(mesh: Mesh, patch: np.ndarray, seed, replicas: int,
                on_each: int = PATCH_POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """`replicas` times so many points all over each patch, and their normals (k · points, 3)."""
+    """Points all over each patch, `replicas` times `on_each`, and their normals (k · points, 3)."""
     points = mesh.spread(patch, Nets(on_each, 2, seed, replicas).draw(0, len(patch)))
     return points.reshape(-1, 3), np.repeat(mesh.normal[patch], points.shape[1], axis=0)
 
 
 def _points_over(mesh: Mesh, unknown: np.ndarray, seed, replicas: int, on_each: int
                  ) -> tuple[np.ndarray, np.ndarray]:
-    """The same all over each unknown: of gathered facets all over these."""
+    """Points all over each unknown, as by `_points_on`; on gathered facets all over these."""
     if mesh.gathering is None:
         return _points_on(mesh, unknown, seed, replicas, on_each)
     facet, square = mesh.gathering.pick(unknown, Nets(on_each, 2, seed, replicas).draw(0, len(unknown)))

@@ -13,29 +13,21 @@ from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
 
 DEFENSIVE_SHARE = 0.1
-"""Share of draws that go to every luminaire alike, whatever the patches say: light that a patch's few rays
-have missed is then still drawn, with a weight of at most 1 over this."""
+"""Share of draws that go to every luminaire by its lumens, whatever the points on patches say. Light that
+these missed is then still drawn, with a weight of at most 1 over this share."""
 NEAR_FACE = 2.0
-"""A point nearer to the middle of a Lambertian face than this many of its longer sides has that light in
-closed form, and only what is hidden of it by rays: what one place on a face brings varies without bound."""
-TRIED_POINTS = 4
-"""Points of a patch that tell about what each luminaire brings to it."""
-DRAWS, MOST_DRAWS = (16, 64), 1 << 16
-"""Draws of a luminaire from each patch, in each replica, at least and at most; and of all patches,
-about: many small ones average out."""
-DRAWS_PER_SLICE = 1 << 15
-"""Worked on at once: what stays in the cache."""
-SURE = 8.0
-"""Standard errors of what a luminaire's light on all patches sums to, less of which is no light lost:
-Student's for 1 in 10,000 of as many samples as there are replicas."""
+"""Distance from the middle of a Lambertian face, over its longer side, below which a point has its light in
+closed form and only its shadow by rays: the light from one place on a near face has no bound."""
 
 
 @dataclass(frozen=True)
 class LampFaces:
-    """Flat pieces that light leaves from, of all luminaires one after the other.
+    """Flat pieces that emit light, of all luminaires one after the other.
 
-    lamp : (n_faces,) which luminaire's; start, u, v, normal : (3, n_faces) [m]; elliptic : (n_faces,)
-    area : (n_faces,) [m²]; share : of its luminaire's draws; corners : (n_faces, 4, 3) [m]
+    lamp : (n_faces,) index of the luminaire
+    start, u, v, normal : (3, n_faces) [m]; elliptic : (n_faces,) whether u and v are half axes of an ellipse
+    area : (n_faces,) [m²]; share : (n_faces,) of its luminaire's draws
+    corners : (n_faces, 4, 3) [m]
     near : (n_faces,) distance [m] below which a Lambertian rectangle is taken in closed form; 0 for others
     """
 
@@ -55,7 +47,8 @@ class LampFaces:
         return len(self.lamp)
 
     def places(self, face: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Points (3, k) [m] on faces (k,) from the unit square, equal areas from equal areas."""
+        """Points (3, k) [m] on faces (k,) from the unit square; equal areas of the square are equal areas of
+        the face."""
         round_ = self.elliptic[face]
         if round_.any():
             r, turn = np.sqrt(s), 2 * np.pi * t
@@ -64,9 +57,12 @@ class LampFaces:
         return self.start[:, face] + s * self.u[:, face] + t * self.v[:, face]
 
     def brought(self, face: np.ndarray, reach: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Illuminance per lumen (k,) [m⁻²] that places on faces (k,), each as if it were the whole face,
-        bring to points of unit normals (3, k), nothing standing between; reach : (3, k) [m] from the
-        points."""
+        """Illuminance per lumen (k,) [m⁻²] at points with nothing between, each face taken as one place on
+        it.
+
+        face : (k,) index; reach : (3, k) [m] from the points to the places
+        normals : (3, k) unit, of the points
+        """
         distance2 = np.maximum(_dot(reach, reach), 1e-200)
         distance = np.sqrt(distance2)
         light = np.maximum(_dot(reach, normals), 0.0)
@@ -79,8 +75,7 @@ class LampFaces:
         return light
 
     def _kinds(self):
-        """Luminaires of one way to send light, together: what each is like, and which they are
-        (n_luminaires,)."""
+        """Luminaires with the same distribution: one of them, and which they are (n_luminaires,)."""
         groups = {}
         for k, lum in enumerate(self.luminaires):
             solid = len(lum.opening) > 2
@@ -91,7 +86,7 @@ class LampFaces:
             yield self.luminaires[members[0]], np.isin(np.arange(len(self.luminaires)), members)
 
     def _sent(self, kind: Luminaire, face: np.ndarray, away: np.ndarray) -> np.ndarray:
-        """Intensity per lumen (k,) [sr⁻¹] that a face as a whole sends along unit directions (3, k)."""
+        """Intensity per lumen (k,) [sr⁻¹] of a whole face along unit directions (3, k)."""
         if kind.lambertian:
             return np.maximum(_dot(away, self.normal[:, face]), 0.0) / np.pi
         if kind.distribution is None:
@@ -144,7 +139,7 @@ def _faces_of(lum: Luminaire) -> list[tuple]:
 def draw_table(faces: LampFaces, lit: np.ndarray) -> np.ndarray:
     """Cumulated chances (n_patches, n_faces) of drawing each face from a point of each patch.
 
-    lit : (n_patches, n_luminaires) about what each luminaire brings to a patch, in any unit
+    lit : (n_patches, n_luminaires) approximate light of each luminaire on a patch, in any unit
     """
     lumens = np.array([lum.lumens for lum in faces.luminaires])
     weight = lit * lumens
@@ -157,7 +152,10 @@ def draw_table(faces: LampFaces, lit: np.ndarray) -> np.ndarray:
 
 
 def draw(table: np.ndarray, row: np.ndarray, choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The face (k,) drawn from rows (k,) of a table by numbers from 0 to 1 (k,), and its chance (k,)."""
+    """The face (k,) drawn from rows (k,) of a table, and its chance (k,).
+
+    table : from `draw_table`; choice : (k,) from 0 to 1
+    """
     n = table.shape[1]
     face = np.searchsorted((table + np.arange(len(table))[:, None]).ravel(), row + choice, side="right")
     face = np.clip(face - row * n, 0, n - 1)
@@ -167,11 +165,13 @@ def draw(table: np.ndarray, row: np.ndarray, choice: np.ndarray) -> tuple[np.nda
 
 def next_event(faces: LampFaces, table: np.ndarray, row: np.ndarray, places: np.ndarray, normals: np.ndarray,
                numbers: np.ndarray, ray_scene: RayScene | None) -> tuple[np.ndarray, np.ndarray]:
-    """A luminaire (k,) drawn for each place, and illuminance per lumen from it over its chance (k,) [m⁻²],
-    past what stands between: right in the mean.
+    """A luminaire (k,) drawn for each place, and its illuminance per lumen over its chance (k,) [m⁻²], with
+    shadows. The mean over draws is the illuminance by all luminaires.
 
-    table, row : as for `draw`; places : (k, 3) [m], off their surface; normals : (k, 3); numbers : (k, 3)
-    from 0 to 1, which choose a face and a place on it; ray_scene : None where nothing can stand between
+    table, row : as in `draw`
+    places : (k, 3) [m], off their surface; normals : (k, 3) unit
+    numbers : (k, 3) from 0 to 1, which choose a face and a place on it
+    ray_scene : None where nothing can stand between
     """
     face, chance = draw(table, row, numbers[:, 0])
     points, normals = np.ascontiguousarray(places.T), np.ascontiguousarray(normals.T)
@@ -181,45 +181,46 @@ def next_event(faces: LampFaces, table: np.ndarray, row: np.ndarray, places: np.
     past, lit = light.copy(), np.flatnonzero(light > 0)
     if ray_scene is not None:
         past[lit] *= ray_scene.clear(places[lit], targets[:, lit].T)
-    # By the face's middle, whichever place on it was drawn: else near draws alone would give way to the mean,
-    # and the far ones, below it, would stay.
+    # The test takes the face's middle, not the place drawn: otherwise only near places, the brighter ones,
+    # would be replaced by the mean, and the result would be too low.
     apart = faces.start[:, face] + (faces.u[:, face] + faces.v[:, face]) / 2 - points
     near = np.flatnonzero(_dot(apart, apart) < faces.near[face] ** 2)
-    if len(near):  # all of it in closed form, less what the place drawn says is hidden
+    if len(near):  # the closed form, less the light of the place drawn where that is hidden
         whole = polygon_factors(places[near], normals[:, near].T, faces.corners[face[near]])
         past[near] += whole / faces.area[face[near]] - light[near]
     return faces.lamp[face], past / chance
 
 
-def about_lit(faces: LampFaces, mesh: Mesh, seed: tuple[int, ...]) -> np.ndarray:
-    """About what each luminaire brings to each patch per lumen (n_patches, n_luminaires) [m⁻²], by a few
-    points and nothing standing between."""
+def about_lit(faces: LampFaces, mesh: Mesh, seed: tuple[int, ...], points: int = 4) -> np.ndarray:
+    """Approximate illuminance per lumen by each luminaire on each patch (n_patches, n_luminaires) [m⁻²], with
+    nothing between. points : on each patch"""
     n, every = len(mesh.patches), np.arange(len(faces))
     lit = np.zeros((n, len(faces.luminaires)))
 
     def work(start: int, stop: int) -> None:
-        square = Nets(TRIED_POINTS, 4, seed).draw(start, stop)
+        square = Nets(points, 4, seed).draw(start, stop)
         places = mesh.spread(np.arange(start, stop), square[..., :2]).reshape(-1, 3)
-        normals = np.repeat(mesh.normal[start:stop], TRIED_POINTS, axis=0)
+        normals = np.repeat(mesh.normal[start:stop], points, axis=0)
         point, face = (x.ravel() for x in np.meshgrid(np.arange(len(places)), every, indexing="ij"))
         s, t = (square[..., k].ravel()[point] for k in (2, 3))
         reach = faces.places(face, s, t) - places.T[:, point]
         light = faces.brought(face, reach, normals.T[:, point])
-        cell = point // TRIED_POINTS * lit.shape[1] + faces.lamp[face]
+        cell = point // points * lit.shape[1] + faces.lamp[face]
         lit[start:stop] = np.bincount(cell, light, (stop - start) * lit.shape[1]).reshape(stop - start, -1)
 
-    in_threads(work, n, max(1, DRAWS_PER_SLICE // (TRIED_POINTS * len(faces))))
-    return lit / TRIED_POINTS
+    in_threads(work, n, max(1, (1 << 15) // (points * len(faces))))
+    return lit / points
 
 
 def draws_of_patch(patches: int) -> int:
-    """Draws of a luminaire from each of so many patches in each replica, a power of 2."""
-    return int(2 ** np.floor(np.log2(np.clip(MOST_DRAWS / patches, *DRAWS))))
+    """Number of draws of a luminaire from each patch in each replica, a power of 2 from 16 to 64: fewer where
+    there are many patches, whose errors average out."""
+    return int(2 ** np.floor(np.log2(np.clip((1 << 16) / patches, 16, 64))))
 
 
 def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], ray_scene: RayScene | None,
                    seed: tuple[int, ...], replicas: int) -> tuple[np.ndarray, np.ndarray]:
-    """As `direct_on_patches`, by draws: as many a patch however many luminaires there are."""
+    """As `direct_on_patches`, by draws: as many for a patch however many luminaires there are."""
     n, count = mesh.count, len(luminaires)
     if not count:
         return np.zeros((replicas, n, 0)), np.zeros(0)
@@ -248,10 +249,11 @@ def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], 
         tallied = np.bincount(cell, light / draws, replicas * (stop - start) * count)
         mean[:, start:stop] = tallied.reshape(replicas, stop - start, count)
 
-    in_threads(work, n, max(1, DRAWS_PER_SLICE // (draws * replicas)))
+    in_threads(work, n, max(1, (1 << 15) // (draws * replicas)))  # what stays in the cache
     arrived = exchange.areas @ mean
     lost = 1 - arrived.mean(axis=0)
-    doubt = SURE * arrived.std(axis=0, ddof=1) / np.sqrt(replicas) if replicas > 1 else 0.0
+    # Light is lost only if the sum misses it by 8 standard errors: 1 in 10,000 by Student's t for 8 replicas.
+    doubt = 8 * arrived.std(axis=0, ddof=1) / np.sqrt(replicas) if replicas > 1 else 0.0
     lost = np.sign(lost) * np.maximum(np.abs(lost) - doubt, 0.0)
     whole = arrived.mean(axis=0)
     return mean / np.where(whole > 0, whole, 1.0), lost

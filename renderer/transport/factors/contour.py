@@ -1,6 +1,5 @@
-"""Exact form factors from points to every patch of a mesh, nothing standing between: Lambert's sum over the
-edges of each, which neighbours along a line share.
-"""
+"""Exact form factors from points to every patch of a mesh with nothing between: Lambert's sum over the edges
+of each patch, which neighbours along a line share."""
 
 from itertools import pairwise
 
@@ -10,14 +9,9 @@ from renderer.radiometry.polygons import HORIZON, polygon_factors
 from renderer.system.threads import in_threads
 from renderer.transport.mesh.mesh import Mesh
 
-POINT_EDGE_PAIRS_PER_SLICE = 1 << 19
-"""Pairs of points and ends of edges worked on at once, in single precision."""
-MIN_SHARE_OF_SLICE = 4
-"""Points in one plane that are this part of those worked on at once are by themselves."""
-
 
 def frames(normals: np.ndarray) -> np.ndarray:
-    """Right-handed frames (k, 3, 3): rows are two tangents and the unit normal."""
+    """Right-handed frames (k, 3, 3) of normals (k, 3): rows are two tangents and the unit normal."""
     z = normals / np.linalg.norm(normals, axis=1)[:, None]
     # Duff et al., Building an Orthonormal Basis, Revisited, JCGT 2017.
     sign = np.where(z[:, 2] >= 0, 1.0, -1.0)
@@ -29,17 +23,18 @@ def frames(normals: np.ndarray) -> np.ndarray:
 
 
 def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.ndarray:
-    """Form factors from points to all patches (k, n_patches), occlusion left out; in single precision, each
-    off by some 1e-7 at most and their sum by less than 1e-6, since what neighbours share cancels.
+    """Form factors from points to all patches (k, n_patches) with nothing between, in single precision.
 
-    points, normals : (k, 3) [m]. A point's own plane counts nothing.
+    points, normals : (k, 3) [m]
+    A point's own plane counts nothing. Each factor errs by 1e-7 at most, their sum by less than 1e-6, since
+    errors of edges that neighbours share cancel.
     """
     lines, n = mesh.lines, len(mesh.patches)
-    # By patch and then by point, as all that is worked on: whatever is gathered is a run of numbers.
+    # By patch and then by point, so that each step works on a long run of numbers.
     factors = np.empty((n, len(points)), dtype=np.float32)
     places, axes = mesh.in_room(points), normals / np.linalg.norm(normals, axis=1)[:, None]
     vertices, heights = mesh.in_room(mesh.vertices), np.einsum("ij,ij->i", places, axes)
-    slices = _on_planes(axes, heights, max(1, POINT_EDGE_PAIRS_PER_SLICE // len(lines.along)))
+    slices = _on_planes(axes, heights, max(1, (1 << 19) // len(lines.along)))
 
     def work(first: int, last: int) -> None:
         for start, stop, plane in slices[first:last]:
@@ -65,13 +60,16 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
 
 
 def _on_planes(normals: np.ndarray, heights: np.ndarray, most: int) -> list[tuple[int, int, bool]]:
-    """Points (k,) of these unit normals (k, 3), `heights` (k,) along them, in slices (start, stop, plane), at
-    the most so many at a time; and whether all of a slice lie in one plane and face alike."""
+    """Slices (start, stop, plane) of points of at most `most` points; `plane` says whether all points of a
+    slice lie in one plane and face alike.
+
+    normals : (k, 3) unit; heights : (k,) of the points along them
+    """
     apart = np.maximum(np.abs(np.diff(normals, axis=0)).max(axis=1), np.abs(np.diff(heights)))
     ends = np.concatenate([[0], np.flatnonzero(apart > HORIZON / 100) + 1, [len(heights)]])
     slices = []
     for start, stop in pairwise(ends):
-        plane = stop - start >= most // MIN_SHARE_OF_SLICE
+        plane = stop - start >= most // 4
         if slices and not plane and not slices[-1][2] and stop - slices[-1][0] <= most:
             slices[-1] = slices[-1][0], stop, False
         else:
@@ -81,7 +79,8 @@ def _on_planes(normals: np.ndarray, heights: np.ndarray, most: int) -> list[tupl
 
 
 def _any_corner(vertices: np.ndarray, patches: np.ndarray) -> np.ndarray:
-    """Whether it holds at any corner of each patch (n_patches, k), from each vertex (n_vertices, k)."""
+    """Whether a condition holds at any corner of each patch (n_patches, k), from each vertex (n_vertices, k).
+    """
     found = vertices[patches[:, 0]]
     for k in range(1, 4):
         found |= vertices[patches[:, k]]

@@ -1,8 +1,7 @@
 """The exchange operator: one for every band and every material.
 
-It is S_ij = A_i F_ij, the exchange areas [m²], made symmetric (reciprocity) and scaled so that row i
-sums to A_i (closure); with both, a solve conserves energy to rounding. The errors before that are
-kept and reported.
+It is S_ij = A_i F_ij, the exchange areas [m²], made symmetric (reciprocity) and scaled so that row i sums to
+A_i (closure); a solve with it conserves energy to rounding. The errors before scaling are kept and reported.
 """
 
 from dataclasses import dataclass, field, replace
@@ -15,28 +14,17 @@ from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads
 from renderer.transport.mesh.gathering import Gathered, Gathering
 
-CLOSED, CLOSED_BY_RAYS = 1e-12, 1e-4
-"""Row sums are scaled to this share of the area: in a large mesh until less is missing than its rays
-tell; the rest a patch sends to itself, so that nothing is lost."""
-STEPS_TO_HALVE = 8
-"""Balancing steps in which the error must have halved, or it has stalled."""
-DENSE, SMALL = 0.03, 4000
-"""Above this share of non-zeros a dense product is faster than a sparse one (measured), and up to so many
-patches it is taken for that alone; of larger meshes, where it also takes less memory."""
 PATCHES_FOR_SINGLE_PRECISION = 20_000
-"""Patches from which a mesh is large: its factors, known to 1e-4 at best, are kept in single precision."""
-ENTRIES_WORTH_THREADS = 1 << 22
-"""Entries from which a product is split among cores."""
-VALUES_PER_SLICE = 1 << 16
-"""Numbers of a dense matrix that stay in the cache."""
+"""Patches from which the factors, known to 1e-4 at best, are kept in single precision."""
 
 
 @dataclass(frozen=True)
 class SplitSymmetric:
-    """The symmetric matrix R + Rᵀ + D of a large mesh, kept as R and Rᵀ by rows: every product is a
-    gather, split among cores, and the sum is never formed.
+    """The symmetric matrix R + Rᵀ + D of a large mesh, kept as R and Rᵀ by rows.
 
-    given, taken : R and Rᵀ (n, n), of a mesh of LARGE patches in single precision; diagonal : (n,)
+    given, taken : R and Rᵀ (n, n); of PATCHES_FOR_SINGLE_PRECISION patches and more in single precision
+    diagonal : D (n,)
+    Products gather from rows, split among cores; the sum is never formed.
     """
 
     given: sparse.csr_array
@@ -63,12 +51,12 @@ class SplitSymmetric:
         return product
 
     def astype(self, kind) -> "SplitSymmetric":
-        """The same in another precision."""
+        """This matrix in another precision."""
         given, taken = (matrix.astype(kind, copy=False) for matrix in (self.given, self.taken))
         return SplitSymmetric(given, taken, self.diagonal)
 
     def toarray(self) -> np.ndarray:
-        """The sum, dense (n, n)."""
+        """The sum as a dense matrix (n, n)."""
         matrix = np.empty(self.shape)
 
         def work(start: int, stop: int) -> None:
@@ -76,24 +64,21 @@ class SplitSymmetric:
             rows(self.given, start, stop).toarray(out=part)
             part += rows(self.taken, start, stop).toarray()
 
-        in_threads(work, len(matrix), max(1, VALUES_PER_SLICE // len(matrix)))
+        in_threads(work, len(matrix), max(1, (1 << 16) // len(matrix)))  # what stays in the cache
         matrix[np.diag_indices(len(matrix))] += self.diagonal
         return matrix
 
     @property
     def _slice(self) -> int:
-        """Rows that one core takes at a time."""
-        rows = len(self.diagonal)
-        return max(
-            1,
-            rows
-            if self.given.nnz < ENTRIES_WORTH_THREADS
-            else rows * ENTRIES_WORTH_THREADS // self.given.nnz,
-        )
+        """Number of rows that one core takes at a time."""
+        rows, worth_threads = len(self.diagonal), 1 << 22  # non-zeros from which a product is split
+        if self.given.nnz < worth_threads:
+            return max(1, rows)
+        return max(1, rows * worth_threads // self.given.nnz)
 
     def closed(self, areas: np.ndarray, scale: np.ndarray) -> "SplitSymmetric":
-        """Scaled from both sides by `scale` (n,), and lowered where rows then pass `areas` (n,) [m²]; what
-        is then missing is on the diagonal."""
+        """This matrix scaled from both sides by `scale` (n,), and lowered where rows then exceed `areas` (n,)
+        [m²]; what rows then miss goes on the diagonal."""
         sums = scale * (self @ scale)
         share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
         kind = np.float32 if len(areas) >= PATCHES_FOR_SINGLE_PRECISION else np.float64
@@ -117,7 +102,7 @@ class SplitSymmetric:
 
 
 def rows(matrix: sparse.csr_array, start: int, stop: int) -> sparse.csr_array:
-    """Some rows of a matrix, nothing copied."""
+    """Rows start to stop of a matrix, without a copy."""
     first, last = matrix.indptr[start], matrix.indptr[stop]
     return sparse.csr_array((matrix.data[first:last], matrix.indices[first:last],
                              matrix.indptr[start:stop + 1] - first), shape=(stop - start, matrix.shape[1]))
@@ -130,14 +115,14 @@ class Exchange:
     areas : (n,) exposed area of each patch [m²]
     matrix : (n, n) symmetric, S_ij [m²]; rows sum to `areas`
     closure_error : max |Σ_j F_ij − 1|, before balancing
-    reciprocity_error : max |S_ab − S_ba| between two surfaces, of the smaller area, before balancing
+    reciprocity_error : max |S_ab − S_ba| between two surfaces over the smaller one's area, before balancing
     worst_pair : those two surfaces
-    leak : largest share of a patch's light that meets no surface's front
-    worst_patch : of which patch
-    kept : what solves leave for the next one
-    lost : (n,) that share of each patch, where rays are cast
-    unobstructed : (n_pairs,) what doubtful pairs would exchange with nothing between them [m²]; None where
-        no rays go between pairs
+    leak : largest share of a patch's light that meets no front of a surface
+    worst_patch : that patch
+    kept : vectors that solves leave for the next solve
+    lost : (n,) share of each patch's light that meets no front, where rays are cast
+    unobstructed : (n_pairs,) what doubtful pairs would exchange with nothing between them [m²]; None where no
+        rays go between pairs
     """
 
     areas: np.ndarray
@@ -162,12 +147,12 @@ class Exchange:
         return self.matrix.astype(np.float32)
 
     def irradiance(self, radiosity: np.ndarray) -> np.ndarray:
-        """What each patch receives from the others (n, bands), from radiosity (n, bands)."""
+        """Irradiance of each patch by the others (n, n_bands), from radiosity (n, n_bands)."""
         areas = np.where(self.areas > 0, self.areas, 1.0)
         return (self.matrix @ radiosity) / areas[:, None]
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All of it as plain arrays."""
+        """The operator as plain arrays by name."""
         matrix = {"matrix": self.matrix}
         if isinstance(self.matrix, SplitSymmetric):
             given = self.matrix.given
@@ -181,14 +166,14 @@ class Exchange:
 
 
 def between_patches(of_groups: Exchange, gathering: Gathering) -> Exchange:
-    """The operator between patches that one between their groups is."""
+    """The operator between patches from one between groups of them."""
     weights = gathering.weights(of_groups.areas)
     return replace(of_groups, areas=weights.T @ of_groups.areas, matrix=Gathered(of_groups.matrix, weights),
                    worst_patch=int(gathering.first[of_groups.worst_patch]), kept={})
 
 
 def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
-    """The operator whose arrays those are."""
+    """The operator from its `arrays`."""
     matrix, n = arrays.get("matrix"), len(arrays["areas"])
     if matrix is None:
         given = sparse.csr_array((arrays["data"], arrays["indices"], arrays["indptr"]), shape=(n, n))
@@ -200,36 +185,41 @@ def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
 
 
 def better_dense(n: int, entries: int) -> bool:
-    """Whether a matrix of n rows with so many entries, repetitions included, had better be dense."""
-    return entries > DENSE * n * n if n <= SMALL else 12 * entries > 8 * n * n
+    """Whether a matrix of n rows and that many entries, repeated ones included, should be dense."""
+    if n <= 4000:
+        return entries > 0.03 * n * n  # faster dense from there on, as measured
+    return 12 * entries > 8 * n * n  # smaller dense, in bytes
 
 
 def reciprocity(between: np.ndarray, area: np.ndarray) -> tuple[float, tuple[int, int]]:
-    """Largest |S_ab − S_ba| between two surfaces (n, n) [m²], relative to the smaller one's area (n,); and
-    those two."""
+    """Largest |S_ab − S_ba| between two surfaces (n, n) [m²], over the smaller one's area (n,); and those
+    two."""
     smaller = np.minimum(area[:, None], area)
     apart = np.abs(between - between.T) / np.where(smaller > 0, smaller, np.inf)
     return float(apart.max()), tuple(int(k) for k in np.unravel_index(apart.argmax(), apart.shape))
 
 
 def balance(matrix, areas: np.ndarray) -> tuple:
-    """Scale a symmetric matrix from both sides so that its rows sum to `areas`: that, and the scale (n,). A
-    dense one is itself changed.
+    """A symmetric matrix scaled from both sides so that its rows sum to `areas` (n,) [m²], and the scale
+    (n,). A dense matrix is changed in place.
 
-    Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by
-    s_i d_i + Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013).
-    Few rays may leave a pattern that no scaling closes; what is then missing a patch sends to itself.
+    Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by s_i d_i +
+    Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013). No scaling closes
+    the pattern that few rays may leave; a patch then sends to itself what its row misses.
     """
     live = areas > 0
     scale = live.astype(float)
     root = np.sqrt(np.where(live, areas, 1.0))  # the system's own unit: eigenvalues 0 to 2
-    enough = CLOSED_BY_RAYS if isinstance(matrix, SplitSymmetric) else CLOSED
+    # Share of its area that a row may miss: less than the rays of a large mesh err.
+    closed = 1e-12
+    enough = 1e-4 if isinstance(matrix, SplitSymmetric) else closed
+    halving = 8  # steps in which the error must halve; otherwise it has stalled
     worst = []
     for _ in range(50):
         sums = np.where(live, scale * (matrix @ scale), 1.0)
         missing = np.where(live, areas - sums, 0.0)
         worst.append(np.abs(missing[live] / areas[live]).max(initial=0.0))
-        if worst[-1] < enough or (len(worst) > STEPS_TO_HALVE and worst[-1] > worst[-STEPS_TO_HALVE] / 2):
+        if worst[-1] < enough or (len(worst) > halving and worst[-1] > worst[-halving] / 2):
             break
 
         def moved(d, sums=sums, side=scale / root):
@@ -245,8 +235,8 @@ def balance(matrix, areas: np.ndarray) -> tuple:
     def scaled(start: int, stop: int) -> None:
         matrix[start:stop] *= scale[start:stop, None] * scale
 
-    in_threads(scaled, len(areas), max(1, VALUES_PER_SLICE // len(areas)))
-    if worst[-1] >= CLOSED:
+    in_threads(scaled, len(areas), max(1, (1 << 16) // len(areas)))
+    if worst[-1] >= closed:
         sums = matrix.sum(axis=1)
         share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
         matrix *= np.minimum(share[:, None], share)

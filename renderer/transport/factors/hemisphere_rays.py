@@ -1,4 +1,4 @@
-"""What rays all over a hemisphere meet: form factors of any room, counted."""
+"""Form factors of any room, counted from what rays over each patch's hemisphere meet."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -10,42 +10,45 @@ from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.factors.contour import frames
 from renderer.transport.factors.exchange import Exchange, SplitSymmetric, balance, better_dense, reciprocity
 from renderer.transport.mesh.mesh import Mesh
-from renderer.transport.rays.ray_scene import INSIDE, NOTHING, RayScene
+from renderer.transport.rays.ray_scene import COVERED, NOTHING, RayScene
 from renderer.transport.rays.sampling import REPLICAS, Nets, cosine_directions
 
 MIN_EXPOSED_SHARE = 0.02
-"""A patch of which less than this share is exposed (under a crate, inside a wall) takes no part."""
-FEW, MANY = 16, 40_000
-"""Rays of a patch in each independent part, at least, and patches at most; else all rays are one part,
-and what they err by is told by a coarser mesh with fewer."""
-PROBE_RAYS, MORE_RAYS = 64, 1024
-"""Rays of a patch that tell whether it is covered in part, and if so how much of it."""
-PATCH_RAYS_PER_VERTEX_RAY = 4
-"""So many times fewer rays of a vertex than of a patch do for readings (docs/decisions.md, D8)."""
+"""Share of a patch below which it counts as covered, as under a crate or inside a wall."""
+MIN_RAYS_PER_REPLICA = 16
+"""Fewest rays of a patch in each replica."""
+PROBE_RAYS = 64
+"""Rays of a patch that tell which share of its light is lost."""
 RAYS_WORTH_SENDING = 10_000_000
-"""Rays of a mesh from which other machines cast them, where there are any; fewer are done here sooner."""
+"""Rays of a mesh from which other machines cast them, where there are any; fewer are sooner cast here."""
 
-Rows = Callable[[Mesh, Nets, int], Iterable[tuple[int, np.ndarray, int]]]
-"""Has the rays of a mesh cast elsewhere, so many rows at a time: of each block, in any order, its first row,
-what `cast_rows` says of it, and how many rays that took."""
+RemoteCast = Callable[[Mesh, Nets, int], Iterable[tuple[int, np.ndarray, int]]]
+"""Casts the rays of a mesh on other machines, in blocks of as many rows as given. Yields for each block, in
+any order, its first row, the result of `cast_rows` and the number of rays."""
 
 
 def independent_replicas(patches: int, rays: int) -> int:
-    """Number of independent repeats that the rays of each patch are drawn in; 1 for none. rays : a patch"""
-    return REPLICAS if rays >= FEW * REPLICAS and patches <= MANY else 1
+    """Number of independent repeats that the rays of each patch are drawn in: REPLICAS, or 1 where rays are
+    too few or patches too many. The error of one repeat is told by a coarser mesh with fewer patches.
+
+    rays : a patch
+    """
+    return REPLICAS if rays >= MIN_RAYS_PER_REPLICA * REPLICAS and patches <= 40_000 else 1
 
 
 def rays_of_vertex(rays: int) -> int:
-    """How many rays of each vertex tell what readings need, when so many of a patch are asked for."""
-    return max(FEW * REPLICAS, rays // PATCH_RAYS_PER_VERTEX_RAY)
+    """Number of rays of each vertex for readings: a quarter of a patch's (docs/decisions.md, D8)."""
+    return max(MIN_RAYS_PER_REPLICA * REPLICAS, rays // 4)
 
 
 def cast(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...],
-         elsewhere: Rows | None = None) -> np.ndarray:
-    """The unknown that each of `rays` cosine-distributed rays from points all over each unknown meets
-    (n_unknowns, rays); INSIDE where the ray starts covered up, NOTHING where it is lost.
+         elsewhere: RemoteCast | None = None) -> np.ndarray:
+    """The unknown that each ray from each unknown meets (n_unknowns, rays); COVERED where the ray starts
+    covered, NOTHING where it is lost.
 
-    rays : a power of 2, in independent nets one after the other; elsewhere : casts SENT rays and more.
+    rays : cosine-distributed, from points all over each unknown; a power of 2, in replicas one after the
+        other
+    elsewhere : casts RAYS_WORTH_SENDING rays and more
     """
     n = mesh.count
     replicas = independent_replicas(n, rays)
@@ -66,10 +69,10 @@ def cast(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...],
 
 
 def cast_rows(mesh: Mesh, ray_scene: RayScene, nets: Nets, start: int, stop: int) -> np.ndarray:
-    """What the rays from patches start to stop meet (stop − start, rays), INSIDE for covered ones, which cast
-    none: alike for equal `start` and `stop`, whichever core or machine asks."""
+    """What the rays from unknowns start to stop meet (stop − start, rays); COVERED for covered unknowns,
+    which cast none. Equal `start` and `stop` give equal rays on any core or machine."""
     square = nets.draw(start, stop)
-    hits = np.full(square.shape[:2], INSIDE, dtype=np.int32)
+    hits = np.full(square.shape[:2], COVERED, dtype=np.int32)
     if mesh.gathering is None:
         open_ = np.flatnonzero(ray_scene.exposed[start:stop])
         hits[open_] = _met(mesh, ray_scene, start + open_, square[open_])
@@ -84,34 +87,40 @@ def cast_rows(mesh: Mesh, ray_scene: RayScene, nets: Nets, start: int, stop: int
 
 
 def _met(mesh: Mesh, ray_scene: RayScene, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """What rays from patches (k,) meet (k, rays), by points of the unit hypercube (k, rays, 4); INSIDE where
-    another surface covers the place that a ray starts from."""
+    """What rays from patches (k,) meet (k, rays); COVERED where another surface covers the start of the ray.
+
+    square : (k, rays, 4) points of the unit hypercube: place and direction
+    """
     origins = ray_scene.off(mesh.spread(patch, square[..., :2]), mesh.normal[patch][:, None])
     directions = cosine_directions(square[..., 2:], frames(mesh.normal[patch]))
     found = ray_scene.first_hit(origins.reshape(-1, 3), directions.reshape(-1, 3)).astype(np.int32)
     found = found.reshape(square.shape[:2])
     found[found < 0] = NOTHING
     for row in np.flatnonzero([int(each) in mesh.partly for each in patch]) if mesh.partly else ():
-        found[row, mesh.hidden_at(int(patch[row]), square[row, :, :2])] = INSIDE
+        found[row, mesh.hidden_at(int(patch[row]), square[row, :, :2])] = COVERED
     return found
 
 
 @dataclass(frozen=True)
 class Openness:
-    """How much of each patch (n_patches,) is exposed, and of its light from there meets no surface's front;
-    a patch of which less than BURIED is exposed has neither."""
+    """How open patches are; both are 0 for a patch that is exposed by less than MIN_EXPOSED_SHARE.
+
+    exposed : (n_patches,) share of each patch that nothing covers
+    lost : (n_patches,) share of its light from there that meets no front of a surface
+    """
 
     exposed: np.ndarray
     lost: np.ndarray
 
 
 def openness(hits: np.ndarray, share: np.ndarray) -> Openness:
-    """The same from what rays meet (n_patches, rays), and the share of each patch that is exposed."""
+    """How open patches are, from what their rays meet (n_patches, rays) and their exposed share (n_patches,).
+    """
     n, rays = hits.shape
     open_, met = np.empty(n), np.empty(n, dtype=np.int64)
 
     def look(start: int, stop: int) -> None:
-        open_[start:stop] = rays - (hits[start:stop] == INSIDE).sum(axis=1)
+        open_[start:stop] = rays - (hits[start:stop] == COVERED).sum(axis=1)
         met[start:stop] = (hits[start:stop] >= 0).sum(axis=1)
 
     in_threads(look, n, max(1, CHUNK // rays))
@@ -120,26 +129,30 @@ def openness(hits: np.ndarray, share: np.ndarray) -> Openness:
                     np.where(alive, (open_ - met) / np.maximum(open_, 1), 0.0))
 
 
-def probed(mesh: Mesh, ray_scene: RayScene, seed: tuple[int, ...]) -> Openness:
-    """The same told from PROBE_RAYS of each patch, and MORE_RAYS of those that seem to be covered in part."""
+def probed(mesh: Mesh, ray_scene: RayScene, seed: tuple[int, ...],
+           partly_covered_rays: int = 1024) -> Openness:
+    """How open patches are, by PROBE_RAYS of each, and more rays of those that are covered in part."""
     hits = cast(mesh, ray_scene, PROBE_RAYS, seed)
     found = openness(hits, mesh.exposed_share)
     partly = np.array(sorted(mesh.partly), dtype=int)
-    nets = Nets(MORE_RAYS, 4, (*seed, 1))
+    nets = Nets(partly_covered_rays, 4, (*seed, 1))
 
     def look(start: int, stop: int) -> None:
         patch = partly[start:stop]
         better = openness(_met(mesh, ray_scene, patch, nets.draw(start, stop)), mesh.exposed_share[patch])
         found.exposed[patch], found.lost[patch] = better.exposed, better.lost
 
-    in_threads(look, len(partly), CHUNK // MORE_RAYS)
+    in_threads(look, len(partly), CHUNK // partly_covered_rays)
     return found
 
 
 def count(mesh: Mesh, hits: np.ndarray, dense: bool = True) -> Exchange:
-    """Factors counted from what rays meet (n_patches, rays), of `cast`: each row sums to 1 whatever
-    stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7), 1986). The cost
-    grows with the number of patches, not its square."""
+    """The exchange operator counted from what rays meet (n_unknowns, rays), of `cast`.
+
+    Each row sums to 1 whatever stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design
+    18(7), 1986). The cost grows with the number of patches, not its square.
+    dense : whether the matrix may be dense
+    """
     n = len(hits)
     of = mesh.unknowns
     open_ = openness(hits, of.exposed_share)
@@ -155,12 +168,13 @@ def count(mesh: Mesh, hits: np.ndarray, dense: bool = True) -> Exchange:
 
 
 def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -> tuple:
-    """Exchange areas counted ray by ray, a half R of R + Rᵀ (n, n) [m²], and between surfaces
-    (n_surfaces, n_surfaces) [m²]; not balanced.
+    """Exchange areas counted ray by ray, not balanced: R of R + Rᵀ (n, n) [m²], and their sums between
+    surfaces (n_surfaces, n_surfaces) [m²].
 
-    areas : exposed (n,) [m²]; lost : share of the light of each patch (n,), as in `Openness`. Of the two
-    counts of a pair the smaller patch's is the better: their variances are as the areas, and so the pair's
-    two are weighted.
+    hits : (n, rays), from `cast`
+    areas : (n,) exposed [m²]; lost : (n,) as in `Openness`
+    Of the two counts of a pair the one from the smaller patch has the smaller variance: variances are as the
+    areas, and the two are weighted accordingly.
     """
     of = mesh.unknowns
     counts, surfaces = tallies(hits, len(hits)), of.surface.max() + 1
@@ -185,7 +199,7 @@ def change_of_replicas(mesh: Mesh, exchange: Exchange, hits: np.ndarray, replica
                        x: np.ndarray) -> np.ndarray:
     """Product with x (n, k) of each replica of the rays by itself, less that of all rays (replicas, n, k).
 
-    hits : from `cast`
+    hits : (n, rays), from `cast`
     """
     open_ = openness(hits, mesh.unknowns.exposed_share)
     whole = exchange.matrix @ x
@@ -198,10 +212,11 @@ def change_of_replicas(mesh: Mesh, exchange: Exchange, hits: np.ndarray, replica
 
 def look_round(points: np.ndarray, normals: np.ndarray, ray_scene: RayScene, rays: int,
                seed: tuple[int, ...]) -> np.ndarray:
-    """The patch that each of `rays` cosine-distributed rays from each point meets (k, rays), in REPLICAS
-    independent nets one after the other.
+    """The patch that each cosine-distributed ray from each point meets (k, rays), in REPLICAS independent
+    nets one after the other.
 
-    points : (k, 3) [m], already off their surface. A point inside a solid sees nothing.
+    points : (k, 3) [m], off their surface; a point inside a solid sees nothing
+    normals : (k, 3); rays : of each point
     """
     nets = Nets(rays // REPLICAS, 2, seed, REPLICAS)
     axes = frames(normals)
@@ -216,16 +231,16 @@ def look_round(points: np.ndarray, normals: np.ndarray, ray_scene: RayScene, ray
     return hits
 
 
-def shares(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
-    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), from
-    what rays meet (k, rays)."""
+def view_shares(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
+    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), from what rays
+    meet (k, rays)."""
     counts = tallies(hits, n_patches)
     counts.data /= hits.shape[1]
     return counts
 
 
 def tallies(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
-    """How many rays of each row meet each patch (k, n_patches), from what they meet (k, rays)."""
+    """Number of rays of each row that meet each patch (k, n_patches), from what rays meet (k, rays)."""
     step = max(1, CHUNK // hits.shape[1])
     ends, found = np.zeros(len(hits) + 1, dtype=np.int64), [None] * -(-len(hits) // step)
 

@@ -32,10 +32,6 @@ from renderer.transport.mesh.mesh import Mesh
 Hits = Callable[[], np.ndarray]
 """Returns what the rays over each hemisphere meet (n_unknowns, rays); cast when first called."""
 
-SECONDS_OVER_FACTOR, SECONDS_OVER_CAST = 2.0, 3.5
-"""Time of a pair of patches, and of a ray, with all the work on them, over the factor or the cast alone."""
-BYTES_OF_DOUBTFUL_PAIR = 60.0
-"""Memory of a doubtful pair while rays go between its patches."""
 OPERATORS_AT_ONCE = 3
 """Dense operators in memory at once while one is made of exact factors and rays."""
 
@@ -102,8 +98,9 @@ class FormFactorMethod(ABC):
 
     def seconds(self, patches: float, vertices: float, of_factor: float, of_cast: float) -> float:
         """Time of one core for the operators [s]. of_factor, of_cast : for one factor, and one ray, alone"""
-        return (SECONDS_OVER_FACTOR * self.pairs(patches, vertices) * of_factor
-                + SECONDS_OVER_CAST * self.rays(patches, vertices) * of_cast)
+        # A factor takes twice its own time with all the work on it, a ray 3.5 times.
+        return (2.0 * self.pairs(patches, vertices) * of_factor
+                + 3.5 * self.rays(patches, vertices) * of_cast)
 
 
 class ExactFactors(FormFactorMethod):
@@ -162,8 +159,8 @@ class PairRays(FormFactorMethod):
         return rays_between(patches, round(self.doubtful_share * patches**2), self.rays_per_patch)
 
     def bytes(self, patches: float, vertices: float) -> float:
-        return (8.0 * patches**2 * OPERATORS_AT_ONCE
-                + BYTES_OF_DOUBTFUL_PAIR * self.doubtful_share * patches**2
+        of_doubtful_pair = 60.0
+        return (8.0 * patches**2 * OPERATORS_AT_ONCE + of_doubtful_pair * self.doubtful_share * patches**2
                 + 12.0 * self.rays_of_vertices(patches, vertices))
 
 

@@ -1,4 +1,5 @@
-"""Form factors in closed form: who exchanges light with whom, past what stands in the way."""
+"""Form factors in closed form, times the share of rays between two patches that get past what stands there.
+"""
 
 from dataclasses import dataclass
 
@@ -16,28 +17,19 @@ from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
 
 NEAR_PAIR_DIAGONALS = 2.0
-"""Pairs nearer than this many times the longer one's diagonal are integrated over both patches; farther
-ones from middle to patch (docs/decisions.md, D3)."""
-RAYS_PER_SLICE = 1 << 15
-"""Rays between pairs worked on at once: what stays in the cache."""
-PATCHES_PER_TILE = 128
-"""Rows and columns of a matrix worked on at once."""
-MIN_EXCHANGE = 1e-30
-"""What is exchanged over less than this in single precision is nothing."""
+"""Distance of a pair, over the longer patch's diagonal, below which it is integrated over both patches;
+farther pairs from the middle of one to the other (docs/decisions.md, D3)."""
 MAX_PATCHES_FOR_PAIR_RAYS = 4000
-"""Patches past which a factor for every pair takes longer than rays."""
-MAX_RAYS_OF_HEMISPHERES = 4
-"""Rays that doubtful pairs need over those asked for, at most: past that so much stands in the way that rays
-all over the hemispheres are better."""
+"""Patches above which a factor for every pair takes longer than rays over hemispheres."""
 
 
 @dataclass(frozen=True)
 class PairVisibility:
-    """What is seen past what stands in the way.
+    """What patches see of each other.
 
     openness : of each patch
-    pairs : (2, k) patches between which something may stand; all others see each other whole
-    seen : (k,) share of what each pair would exchange that gets through
+    pairs : (2, k) patches between which something may stand; all other pairs see each other whole
+    seen : (k,) share of each pair's exchange that gets through
     apart : (k,) half the difference between that share by the first and by the second half of its rays
     """
 
@@ -47,22 +39,25 @@ class PairVisibility:
     apart: np.ndarray
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All of it as plain arrays."""
+        """All of it as plain arrays by name."""
         return {"exposed": self.openness.exposed, "lost": self.openness.lost, "pairs": self.pairs,
                 "seen": self.seen, "apart": self.apart}
 
 
 def pair_visibility_from(arrays: dict[str, np.ndarray]) -> PairVisibility:
-    """The one whose arrays those are."""
+    """The visibility from its `arrays`."""
     openness = Openness(arrays["exposed"], arrays["lost"])
     return PairVisibility(openness, arrays["pairs"], arrays["seen"], arrays["apart"])
 
 
 def rays_in_half(patches: int, pairs: int, rays: int) -> int:
-    """In each half of the rays of a doubtful pair, a power of 2, when `rays` a patch are asked for; 0 where
-    rays all over the hemispheres are the better way."""
+    """Number of rays in each half of a doubtful pair's rays, a power of 2; 0 where rays over hemispheres are
+    better: where doubtful pairs would take more than four times the rays asked for.
+
+    pairs : doubtful ones; rays : asked for of each patch
+    """
     share = rays * patches / max(1, 2 * pairs)
-    if patches > MAX_PATCHES_FOR_PAIR_RAYS or share * MAX_RAYS_OF_HEMISPHERES < 1:
+    if patches > MAX_PATCHES_FOR_PAIR_RAYS or 4 * share < 1:
         return 0
     return 2 ** int(np.log2(max(1.0, share)))
 
@@ -74,10 +69,11 @@ def rays_between(patches: int, pairs: int, rays: int) -> int:
 
 
 def probe_pairs(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...]) -> PairVisibility | None:
-    """Cast rays between the patches where something may stand; None where rays all over the hemispheres,
-    so many a patch, are the better way.
+    """Visibility of pairs by rays between patches where something may stand; None where rays over hemispheres
+    are better.
 
-    All pairs have as many rays, together no more than the hemispheres would, but two at the least.
+    rays : asked for of each patch. All pairs have as many rays, at least two; together no more than
+        hemispheres.
     """
     if mesh.group is not None or len(mesh.patches) > MAX_PATCHES_FOR_PAIR_RAYS:
         return None
@@ -91,24 +87,25 @@ def probe_pairs(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...
         return None
     nets = Nets(half, 4, (*seed, 2), 2)
     seen, apart = np.empty(count), np.empty(count)
+    least = 1e-30  # smaller exchanges are 0 in single precision
 
     def look(start: int, stop: int) -> None:
         worth, past = ray_scene.between(*pairs[:, start:stop], nets.coordinates(start, stop))
         total, through = (np.einsum("khr->kh", each.reshape(-1, 2, half)) for each in (worth, past))
-        seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), MIN_EXCHANGE)
-        through /= np.maximum(total, MIN_EXCHANGE)
+        seen[start:stop] = through.sum(axis=1) / np.maximum(total.sum(axis=1), least)
+        through /= np.maximum(total, least)
         apart[start:stop] = (through[:, 0] - through[:, 1]) / 2
 
-    in_threads(look, count, max(1, RAYS_PER_SLICE // (2 * half)))
+    in_threads(look, count, max(1, (1 << 15) // (2 * half)))  # what stays in the cache
     return PairVisibility(open_, pairs, seen, apart)
 
 
 def contour_exchange(mesh: Mesh, pair_visibility: PairVisibility | None = None) -> Exchange:
-    """Exact factors; where something stands in the way, times the share that is seen past it.
+    """Exact factors, times the visible share where something stands in the way.
 
-    From each middle by Lambert's formula; near pairs by the double contour integral, because the middle of
-    a patch at an edge says little about its whole (at ρ = 0.9 this was 0.8 %).
     pair_visibility : None in a convex room with nothing in it
+    Far pairs are taken from the middle of each patch by Lambert's formula, near pairs by the double contour
+    integral: at an edge the middle says little about the whole patch (0.8 % at ρ = 0.9).
     """
     factors = point_factors(mesh.centroid, mesh.normal, mesh)
     areas, leak, worst, lost = mesh.area, 0.0, 0, None
@@ -147,12 +144,12 @@ def contour_exchange(mesh: Mesh, pair_visibility: PairVisibility | None = None) 
 
 def change_of_half_samples(pair_visibility: PairVisibility, unobstructed: np.ndarray, replicas: int,
                            x: np.ndarray) -> np.ndarray:
-    """Product with x of half samples of the rays between pairs, less that of all rays (replicas, n, k).
+    """Product with x (n, k) of half samples of the rays between pairs, less that of all rays (replicas, n,
+    k).
 
+    unobstructed : (n_pairs,) what the pairs would exchange with nothing between them [m²]
     Halves are drawn at random; they depart from the whole by as much as the whole errs (McCarthy, Rev. Int.
     Stat. Inst. 37, 1969).
-
-    unobstructed : what the pairs would exchange with nothing between them [m²]; x : (n, k)
     """
     pairs = len(unobstructed)
     order = sparse.coo_array(
@@ -178,16 +175,16 @@ def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
     Of a pair's two factors the one from the smaller patch errs less, since its error grows as the square of
     the patch whose middle it is seen from: A_i F_ij counts by A_j, and A_j F_ji by A_i.
     """
-    matrix, inverse = np.empty(factors.shape), 1 / mesh.area
+    matrix, inverse, tile = np.empty(factors.shape), 1 / mesh.area, 128
 
     def add(start: int, stop: int) -> None:
-        for first in range(start, len(factors), PATCHES_PER_TILE):  # of both halves, each entry once
-            rows, columns = slice(start, stop), slice(first, first + PATCHES_PER_TILE)
+        for first in range(start, len(factors), tile):  # of both halves, each entry once
+            rows, columns = slice(start, stop), slice(first, first + tile)
             both = factors[rows, columns] + factors[columns, rows].T
             matrix[rows, columns] = both / (inverse[rows, None] + inverse[columns])
             matrix[columns, rows] = matrix[rows, columns].T
 
-    in_threads(add, len(factors), PATCHES_PER_TILE)
+    in_threads(add, len(factors), tile)
     first, second = _near_pairs(mesh)
     seen = matrix[first, second] > 0
     first, second = first[seen], second[seen]
@@ -201,6 +198,7 @@ def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
 
 
 def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of patches nearer than NEAR_PAIR_DIAGONALS (k,) and (k,)."""
     from scipy.spatial import KDTree
 
     diagonal = 2 * np.linalg.norm(mesh.corners - mesh.centroid[:, None], axis=2).max(axis=1)
@@ -212,6 +210,6 @@ def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _before(mesh: Mesh, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Whether the whole of each second patch is before its first one (k,)."""
+    """Whether the whole of each second patch is in front of the first (k,)."""
     reach = np.einsum("kci,ki->kc", mesh.corners[second] - mesh.centroid[first][:, None], mesh.normal[first])
     return (reach >= -HORIZON * mesh.scale).all(axis=1)

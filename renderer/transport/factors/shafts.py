@@ -1,7 +1,8 @@
-"""Between what, patches, meters or lamps, something may stand, told from boxes before any ray is cast.
+"""Pairs of patches, meters or lamps between which something may stand, found from boxes before any ray is
+cast.
 
-Patches are gathered in small flat clusters. The shaft between two clusters, the convex hull of both, is
-clear of an object if it passes the object's box (Haines and Wallace, Shaft Culling, 1994).
+Patches are gathered in small flat clusters. The shaft between two clusters, the convex hull of both, is clear
+of an object if it misses the object's box (Haines and Wallace, Shaft Culling, 1994).
 """
 
 from dataclasses import dataclass
@@ -12,20 +13,16 @@ from renderer.system.threads import in_threads
 from renderer.transport.factors.contour import frames
 from renderer.transport.mesh.mesh import Mesh
 
-CLUSTER = 8
-"""Patches in a cluster, at most."""
-SLACK = 1e-9
-"""What reaches into a shaft by less than this share of the room is beside it."""
-PAIRS_PER_SLICE = 1 << 14
-"""Pairs of clusters looked at together."""
+SHAFT_SLACK = 1e-9
+"""Depth to which an object may reach into a shaft, relative to the room, and still count as beside it."""
 
 
 @dataclass(frozen=True)
 class Clusters:
-    """Patches side by side, each cluster in a box of its own.
+    """Clusters of neighbouring patches, each with a box of its own.
 
-    patches : (k,) indices, cluster by cluster; starts : (n_clusters + 1,) where each begins
-    middle : (n_clusters, 3) [m]; axes : (n_clusters, 3, 3), the last the normal of a flat one
+    patches : (k,) indices, cluster by cluster; starts : (n_clusters + 1,) where each cluster begins
+    middle : (n_clusters, 3) [m]; axes : (n_clusters, 3, 3), the last the normal of a flat cluster
     half : (n_clusters, 3) half the box's sides [m]; flat : (n_clusters,) whether all normals are one
     """
 
@@ -37,20 +34,20 @@ class Clusters:
     flat: np.ndarray
 
     def along(self, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """From where to where each cluster reaches along axes (k, 3): two of (k, n_clusters) [m]."""
+        """Lowest and highest reach of each cluster along axes (k, 3): two of (k, n_clusters) [m]."""
         half = sum(np.abs(axes @ own.T) * side for own, side in zip(self.axes.swapaxes(0, 1), self.half.T,
                                                                     strict=True))
         middle = axes @ self.middle.T
         return middle - half, middle + half
 
 
-def clusters(mesh: Mesh, patches: np.ndarray) -> Clusters:
-    """Gather patches (k,) by where they are and how they face."""
+def clusters(mesh: Mesh, patches: np.ndarray, size: int = 8) -> Clusters:
+    """Patches (k,) gathered by place and normal in clusters of at most `size`."""
     from scipy.spatial import cKDTree
 
     place = (mesh.centroid[patches] - mesh.middle) / mesh.scale
     # Rounded, so that a room has the same clusters wherever it stands.
-    tree = cKDTree(np.round(np.hstack([place, 10 * mesh.normal[patches]]), 6), leafsize=CLUSTER)
+    tree = cKDTree(np.round(np.hstack([place, 10 * mesh.normal[patches]]), 6), leafsize=size)
     starts, nodes = [], [tree.tree]
     while nodes:
         node = nodes.pop()
@@ -67,17 +64,17 @@ def clusters(mesh: Mesh, patches: np.ndarray) -> Clusters:
     high = np.maximum.reduceat(local.max(axis=1), starts)
     middle = np.einsum("ka,kai->ki", (low + high) / 2, axes) + mesh.middle
     turned = 1 - np.einsum("ki,ki->k", mesh.normal[patches], axes[own, 2])
-    flat = (np.maximum.reduceat(turned, starts) < SLACK) & (high - low < SLACK * mesh.scale)[:, 2]
+    flat = (np.maximum.reduceat(turned, starts) < SHAFT_SLACK) & (high - low < SHAFT_SLACK * mesh.scale)[:, 2]
     return Clusters(patches, np.append(starts, len(patches)), middle, axes, (high - low) / 2, flat)
 
 
 def doubtful_pairs(mesh: Mesh, patches: np.ndarray, partly: np.ndarray) -> np.ndarray:
     """Pairs of patches that face each other and between which something may stand (2, k), each once.
 
-    patches : (m,) those that take part; partly : (n_patches,) which are covered in part, and so never in
-    plain sight
+    patches : (m,) those that take part
+    partly : (n_patches,) whether a patch is covered in part, and so never in plain sight
     """
-    groups, slack = clusters(mesh, patches), SLACK * mesh.scale
+    groups, slack = clusters(mesh, patches), SHAFT_SLACK * mesh.scale
     first, second = np.nonzero(np.triu(_facing(groups, slack)))
     some = np.logical_or.reduceat(partly[groups.patches], groups.starts[:-1])
     doubtful = some[first] | some[second]
@@ -87,12 +84,12 @@ def doubtful_pairs(mesh: Mesh, patches: np.ndarray, partly: np.ndarray) -> np.nd
         part = asked[start:stop]
         doubtful[part] = _hindered(groups, first[part], second[part], mesh.obstacles, slack)
 
-    in_threads(work, len(asked), PAIRS_PER_SLICE)
+    in_threads(work, len(asked), 1 << 14)
     return _each(groups, first[doubtful], second[doubtful])
 
 
 def _facing(groups: Clusters, slack: float) -> np.ndarray:
-    """Whether some of each cluster is before the other (n_clusters, n_clusters)."""
+    """Whether some of each cluster is in front of the other (n_clusters, n_clusters)."""
     reach = groups.along(groups.axes[:, 2])[1]
     before = (reach > np.diag(reach)[:, None] + slack) | ~groups.flat[:, None]
     return before & before.T
@@ -100,15 +97,17 @@ def _facing(groups: Clusters, slack: float) -> np.ndarray:
 
 def _hindered(groups: Clusters, first: np.ndarray, second: np.ndarray, boxes: np.ndarray,
               slack: float) -> np.ndarray:
-    """Whether some box (m, 8, 3) reaches into the shaft between two clusters (k,), each cluster in a box
-    along that one's own edges."""
+    """Whether a box (m, 8, 3) reaches into the shaft between two clusters (k,).
+
+    first, second : (k,) clusters, each taken as a box along the edges of the box (m, 8, 3) tested
+    """
     found = np.zeros(len(first), dtype=bool)
     frame = np.linalg.qr((boxes[:, [1, 2, 4]] - boxes[:, :1]).swapaxes(1, 2))[0].swapaxes(1, 2)
     for box, axes in zip(boxes, frame, strict=True):
         low, high = groups.along(axes)
         reach = axes @ box.T
         least, most = reach.min(axis=1)[:, None], reach.max(axis=1)[:, None]
-        # What only touches the shaft from outside, such as the wall that a cluster lies on, is beside it.
+        # A wall that a cluster lies on touches the shaft from outside and is no obstacle.
         k = np.flatnonzero(~found)
         a, b = first[k], second[k]
         k = k[((np.maximum(high[:, a], high[:, b]) > least + slack)
@@ -134,9 +133,12 @@ def _each(groups: Clusters, first: np.ndarray, second: np.ndarray) -> np.ndarray
 
 def may_be_hidden(place: np.ndarray, normal: np.ndarray, corners: np.ndarray, boxes: np.ndarray,
                   scale: float) -> np.ndarray:
-    """Whether some box (m, 8, 3) reaches between a place (3,) that looks along a unit normal and each polygon
-    (k, c, 3), (k,)."""
-    slack = SLACK * scale
+    """Whether a box reaches between a place and each polygon (k,).
+
+    place : (3,) [m]; normal : (3,) unit, the direction that the place faces
+    corners : (k, c, 3) [m], of the polygons; boxes : (m, 8, 3) [m]; scale : of the room [m]
+    """
+    slack = SHAFT_SLACK * scale
     low, high = ((bound - place).T for bound in (corners.min(axis=1), corners.max(axis=1)))
     found = np.zeros(len(corners), dtype=bool)
     for box in boxes:
@@ -148,12 +150,13 @@ def may_be_hidden(place: np.ndarray, normal: np.ndarray, corners: np.ndarray, bo
 
 
 def reaches(low: np.ndarray, high: np.ndarray, least: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Whether boxes may stand between places and others, each in a box along the room's axes (k,).
+    """Whether boxes may reach between two sets of places, each set in a box along the room's axes (k,).
 
-    low, high : (3, k) from the places' lowest and highest corner to the others'; least : (3,), (3, 1) or
-    (3, k) from the places' highest corner to the lowest of what may stand between; most : from their lowest
-    to its highest. At a share t of the way the hull of both is a box whose sides are linear in t: False where
-    no t from 0 to 1 has it meet the other on all three axes.
+    low, high : (3, k) [m] from the first box's lowest and highest corner to the second box's
+    least : (3,), (3, 1) or (3, k) [m] from the first box's highest corner to the lowest of the box between
+    most : likewise from its lowest corner to the highest of the box between
+    At a share t of the way the hull of both sets is a box whose sides are linear in t. The result is False
+    where no t from 0 to 1 has it meet the box between on all three axes.
     """
     first, last = 0.0, 1.0
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""A scene divided into patches: the room's surfaces, the bodies in it and the luminaires' faces."""
+"""A scene divided into patches: surfaces of the room, bodies, and faces of luminaires."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -26,36 +26,21 @@ from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.mesh.triangulation import triangulated, without
 
 GRADING = 1.0
-"""0 divides a rectangle evenly; 1 as cos, finest where light changes fastest: at edges, by which a corner
-at ρ = 0.9 converges at second order."""
+"""Grading of a rectangle's divisions: 0 even; 1 as the cosine, finest at the edges, where light changes
+fastest. With 1 a corner at ρ = 0.9 converges at second order."""
 CLOSE_TO_LAMP = 36.0
-"""Near a lamp that lights it, a patch is at most this many times its distance from the lamp, times
-patch size over √(room area): once the distance with the patches of 1 %, less where more is asked."""
-WHOLE_EDGE, SLENDER = 2.0, 0.2
-"""Edges of small things are divided as often as this over the closeness to lamps: in two with the
-patches of 1 %, more where more is asked; but not those shorter than that share of a patch."""
-NEAREST_LAMP = 64
-"""Near a lamp, patches are this much smaller than elsewhere, at the most."""
-IN_GAP, NARROWEST = 25.0, 2.0
-"""Where a solid faces something over a gap, the same two limits: under a low table, in a shelf, between
-louvres. So gaps wider than √(room area) over the first are as nothing."""
-MAX_CELLS_FOLD = 16
-"""Times as many cells as it would have alone that a rectangle may be divided into along what stands on it."""
-MAX_TRIANGLES_KEPT = 4
-"""A polygon smaller than a patch and of no more triangles than this keeps them."""
-HINDRANCES = 64
-"""A room with more flat parts than this that can stand in the way is one obstacle as a whole."""
-SLIVER = 1e-9
-"""A patch narrower than this, relative to its length, has no area."""
-FRONT, BOTH = (True, False), (True, True)
-"""Which sides of a face are exposed, where nothing covers it."""
+"""Largest side of a patch near a lamp that lights it, over its distance from the lamp, times patch size over
+√(room area): equal to the distance with the patches of 1 % accuracy, less for finer ones."""
+CLOSE_IN_GAP = 25.0
+"""The same limit where a solid faces something over a gap: under a low table, in a shelf, between louvres.
+Gaps wider than √(room area) over this have no effect."""
 
 
 def build_mesh(scene: Scene, patch_size: float, finer_near: bool = True) -> Mesh:
-    """Divide a scene into patches of about `patch_size` [m], graded toward edges and contacts.
+    """A scene divided into patches of about `patch_size` [m], graded toward edges and contacts.
 
-    finer_near : whether patches are smaller near lamps and in gaps, as all need that read direct light or
-        their neighbours' off them
+    finer_near : whether patches are smaller near lamps and in gaps, for readings that take direct light from
+        the patches around
     """
     every = list(enumerate(scene.exposed))
     placement = scene.placement
@@ -84,25 +69,28 @@ def build_mesh(scene: Scene, patch_size: float, finer_near: bool = True) -> Mesh
         for sides in np.unique(of.sides[2], axis=0):
             builder.add_triangles(index, of.parts.triangles[(of.sides[2] == sides).all(axis=1)], sides)
     for index, luminaire in free:
-        builder.add_face(index, luminaire, BOTH)
+        builder.add_face(index, luminaire, (True, True))
     free = [luminaire for _, luminaire in free]
     solids = [body.mesh.triangles for body in scene.bodies if body.closed]
     return builder.finish(faces, _obstacles(scene, free), _blockers(scene, free), scene.room.shell,
                           np.concatenate([np.zeros((0, 3, 3)), *solids]))
 
 
-def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
-    """Boxes (m, 8, 3) [m] around whatever can stand between two places in a room, flat ones for walls."""
+def _obstacles(scene: Scene, sheets: list[Luminaire], most: int = 64) -> np.ndarray:
+    """Boxes (m, 8, 3) [m] around whatever can stand between two places in a room, flat ones for walls.
+
+    most : number of flat parts up to which each is an obstacle; a room of more is one obstacle as a whole
+    """
     around = [body.mesh.bounds for body in scene.bodies if not body.of_room]
     flat, walls = [], [body for body in scene.bodies if body.of_room]
-    if sum(len(body.parts.rectangles) + len(body.parts.polygons) for body in walls) > HINDRANCES:
+    if sum(len(body.parts.rectangles) + len(body.parts.polygons) for body in walls) > most:
         around += [body.mesh.bounds for body in walls]
     else:
         for of in (body.parts for body in walls):
             flat += [*(r.corners for r in of.rectangles), *(p.frame for p in of.polygons), *of.triangles]
     around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for lum in sheets]
     hindrances = scene.room.hindrances
-    if len(hindrances) > HINDRANCES:
+    if len(hindrances) > most:
         around, hindrances = [scene.room.bounds], []
     hindrances = [*hindrances, *flat]
     corners = np.array(list(np.ndindex(2, 2, 2)))
@@ -111,7 +99,7 @@ def _obstacles(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
 
 
 def _blockers(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
-    """Triangles (k, 3, 3) [m] of all that can stand between two places: no wall of a convex room, unless
+    """Triangles (k, 3, 3) [m] of all that can stand between two places. Walls of a convex room cannot, unless
     a solid reaches out through them."""
     found = [body.parts.shell for body in scene.bodies]
     for lum in sheets:
@@ -124,7 +112,7 @@ def _blockers(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
 
 
 def _reaches_out(room: Room, bounds: np.ndarray) -> bool:
-    """Whether a box, its lowest and highest corner (2, 3) [m], reaches behind a face of a convex room."""
+    """Whether a box reaches behind a face of a convex room. bounds : (2, 3) [m], lowest and highest corner"""
     corners = bounds[np.array(list(np.ndindex(2, 2, 2))), np.arange(3)]
     start, one, other = room.shell.transpose(1, 0, 2)
     normals = np.cross(one - start, other - start)
@@ -141,17 +129,21 @@ class _Builder:
         self.of_room = np.array([surface.of_room for surface in surfaces])
         self.two_sided = [surface.two_sided for surface in surfaces]
         self.luminaires = luminaires
-        self.close, self.in_gap = close, close * IN_GAP / CLOSE_TO_LAMP
+        self.close, self.in_gap = close, close * CLOSE_IN_GAP / CLOSE_TO_LAMP
+        self.shortest_in_gap = patch_size / 2
         self.vertices, self.patches, self.surface = [], [], []
         self.vertex_surface, self.twin, self.exposed, self.facet = [], [], [], []
         self.n_vertices = self.n_patches = 0
 
-    def add(self, vertices, patches, surface, vertex_surface, sides=FRONT, sheet=False, facet=False):
-        """Add patches (k, 4) of vertices (n, 3); of a sheet their backs too. sides : which face air (2,);
-        facet : whether they may be gathered"""
+    def add(self, vertices, patches, surface, vertex_surface, sides=(True, False), sheet=False, facet=False):
+        """Add patches (k, 4) of vertices (n, 3) [m]; of a sheet their backs too.
+
+        sides : (2,) whether the front and the back face air
+        facet : whether the patches may be gathered
+        """
         a, b, c = vertices[patches[:, :3]].swapaxes(0, 1)
         longest2 = np.maximum(((b - a)**2).sum(axis=1), ((c - a)**2).sum(axis=1))
-        keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > SLIVER * longest2
+        keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-9 * longest2  # else without area
         patches, surface = patches[keep], surface[keep]
         k, front = len(patches), self.n_patches
         self._append(vertices, patches, surface, vertex_surface, sides[0])
@@ -175,14 +167,17 @@ class _Builder:
 
     def add_rectangle(self, index: int, rectangle: Rectangle, outlines: Outlines, faces: Faces,
                       mountings: list[Mounting], sides: np.ndarray) -> None:
-        """Divide a rectangle along outlines: of the room and what is mounted on it, and of solids, unless so
-        many cross it that their feet had better be cut out one by one."""
+        """Divide a rectangle along the outlines on it: of the room, of mounted luminaires and of solids.
+
+        Where outlines of solids would make too many cells, feet of solids are cut out one by one instead.
+        """
         edges, own = outlines.along(rectangle, self.touch)
         us, vs = self.grid_lines(rectangle, edges)
-        crowded = len(us) * len(vs) > 4 * MAX_CELLS_FOLD
-        if crowded:  # perhaps: alone it has four corners at the least
+        most = 16  # cells along the outlines over cells without them
+        crowded = len(us) * len(vs) > 4 * most
+        if crowded:  # compared with the cells without outlines, four corners at least
             alone = self.grid_lines(rectangle, edges[:, :, own])
-            crowded = len(us) * len(vs) > MAX_CELLS_FOLD * len(alone[0]) * len(alone[1])
+            crowded = len(us) * len(vs) > most * len(alone[0]) * len(alone[1])
             us, vs = alone if crowded else (us, vs)
         covers = self.on(index, rectangle.corner, rectangle.normal, mountings)
         feet = standing(rectangle, faces.against(index, rectangle, self.touch), crowded,
@@ -208,9 +203,9 @@ class _Builder:
         feet += faces.against(index, polygon, self.touch)
         gaps = [((corners - polygon.origin) @ polygon.normal).min()
                 for corners in self.over_gaps(index, polygon, faces)]
-        long = np.clip(min(gaps, default=np.inf) * self.in_gap, self.patch_size / NARROWEST, self.patch_size)
+        long = np.clip(min(gaps, default=np.inf) * self.in_gap, self.shortest_in_gap, self.patch_size)
         small = np.ptp(polygon.frame, axis=0).max() < long
-        if small and not feet and len(polygon.triangles) <= MAX_TRIANGLES_KEPT:
+        if small and not feet and len(polygon.triangles) <= 4:
             self.add_triangles(index, polygon.triangles, sides)
             return
         for part in without(polygon, feet, self.touch):
@@ -219,14 +214,19 @@ class _Builder:
                      np.full(len(triangles), index), index, sides, self.two_sided[index])
 
     def over_gaps(self, index: int, face: Rectangle | Polygon, faces: Faces) -> list[np.ndarray]:
-        """Corners (k, 3) [m] of what faces a flat part over a narrow gap, a body on either side."""
+        """Corners (k, 3) [m] of what faces a flat part over a narrow gap, with a body on one side at least.
+        """
         beside = ~self.of_room if self.of_room[index] else np.ones_like(self.of_room)
         return faces.across(face, self.touch, self.patch_size / self.in_gap, beside)
 
     def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray, feet,
                 facing: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (k, 3) and patches (m, 4) of a rectangle cut at `us` and `vs`, finer near lamps and what
-        faces it, and without what stands on it aslant (shapely's, or None)."""
+        """Vertices (k, 3) [m] and patches (m, 4) of a rectangle cut at `us` and `vs`, finer near lamps and
+        near what faces it.
+
+        feet : from `standing`, cut out of the patches; None where there are none
+        facing : from `over_gaps`
+        """
         s, t = (np.column_stack([x[:-1], x[1:]]) for x in (us, vs))
         cells = np.concatenate([np.repeat(s, len(t), axis=0), np.tile(t, (len(s), 1))], axis=1)
         finer = self.toward(rectangle, cells, facing)
@@ -237,20 +237,21 @@ class _Builder:
             finer, triangles = cut(rectangle, finer, feet, self.patch_size, self.touch)
         corners = np.concatenate([finer[:, [[0, 2], [1, 2], [1, 3], [0, 3]]],
                                   triangles[:, [0, 1, 2, 2]]]).reshape(-1, 2)
-        # Cuts of neighbours meet to within rounding.
+        # Cuts of neighbouring cells meet to within rounding.
         _, first, index = np.unique(np.round(corners, 8), axis=0, return_index=True, return_inverse=True)
         return (rectangle.corner + corners[first] @ np.stack([rectangle.u, rectangle.v]),
                 index.reshape(-1, 4))
 
     def grid_lines(self, rectangle: Rectangle, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where a rectangle is cut along each edge (k,), 0 to 1. edges : as from `Outlines.along`"""
+        """Cuts of a rectangle along each of its two edges (k,), from 0 to 1. edges : from `Outlines.along`"""
         length, width = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
         return self.divisions(length, width, *edges), self.divisions(width, length, *edges[::-1])
 
     def divisions(self, length: float, width: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Where a rectangle is cut along one edge (k,), 0 to 1: at what touches it, and between.
+        """Cuts of a rectangle along one edge (k,), from 0 to 1, at outlines and between them.
 
-        x, y : along that edge and across it, from where to where each edge of what touches it goes (2, m) [m]
+        length, width : of that edge and of the other [m]
+        x, y : (2, m) [m], both ends of each outline along that edge and across it
         """
         cuts = (abs(x[0] - x[1]) < self.touch) & (y.max(axis=0) > self.touch) & (
             y.min(axis=0) < width - self.touch)
@@ -263,8 +264,9 @@ class _Builder:
         pieces = [np.zeros(1)]
         for start, end in pairwise(stops):
             n = max(1, int(np.ceil((end - start) / self.patch_size - 0.01)))
-            if len(stops) == 2 and end - start > SLENDER * self.patch_size:
-                n = max(n, round(WHOLE_EDGE / self.close))
+            # A whole edge of a small thing: in two with the patches of 1 %, more where more is asked.
+            if len(stops) == 2 and end - start > 0.2 * self.patch_size:
+                n = max(n, round(2 / self.close))
             even = np.linspace(0, 1, n + 1)[1:]
             eased = (1 - GRADING) * even + GRADING * (1 - np.cos(np.pi * even)) / 2
             pieces.append(start + (end - start) * eased)
@@ -284,11 +286,11 @@ class _Builder:
             lit = ((rectangle.corners - lum.center) @ lum.normal).max() > self.touch
             if points[:, 2].max() <= self.touch or (lum.forward_only and not lit):
                 continue
-            near.append((points, points, self.close, self.patch_size / NEAREST_LAMP))
+            near.append((points, points, self.close, self.patch_size / 64))
         for corners in facing:
             local = (corners - rectangle.corner) @ axes.T
             near.append((local.min(axis=0)[None], local.max(axis=0)[None], self.in_gap,
-                         self.patch_size / NARROWEST))
+                         self.shortest_in_gap))
         return graded(cells, sides, near) if near else cells
 
     def add_triangles(self, index: int, triangles: np.ndarray, sides: np.ndarray) -> None:
@@ -303,8 +305,8 @@ class _Builder:
         self.add(vertices, np.column_stack([faces, faces[:, 2]]), np.full(len(faces), index), index, sides,
                  self.two_sided[index], facet=True)
 
-    def add_face(self, index: int, luminaire: Luminaire, sides=FRONT) -> None:
-        """Add a luminaire's front; and its back, of one that hangs free."""
+    def add_face(self, index: int, luminaire: Luminaire, sides=(True, False)) -> None:
+        """Add a luminaire's front, and its back where both sides face air."""
         vertices, patches = luminaire.body.divided(self.patch_size)
         self.add(vertices, patches, np.full(len(patches), index), index, sides, all(sides))
 

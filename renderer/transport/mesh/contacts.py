@@ -1,4 +1,4 @@
-"""Where surfaces stand face to face: a crate and the floor under it, a cupboard and the wall."""
+"""Surfaces that stand face to face, such as a crate and the floor under it, or a cupboard and the wall."""
 
 import numpy as np
 
@@ -6,32 +6,19 @@ from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle
 from renderer.transport.mesh.mesh import Mesh
 
-Face = Rectangle | Polygon
+FlatFace = Rectangle | Polygon
 
-OPPOSITE = 1e-9
-"""How far from −1 the cosine between the normals of two faces in contact may be."""
-FACING = -0.5
-"""Cosine between the normals of two faces that face each other over a gap, at the most."""
-AT_CONTACT = 0.5
-"""Cells across the line of a contact are at most so many patch sizes long."""
-THIN = 0.25
-"""A foot shorter than this many patch sizes is left to the rays: a chair's leg hides little light."""
-COVERED = 1e-5
-"""Share of a patch that is nothing: what rounding leaves of one that is covered, or covers of a free one."""
-BOXES = 16
-"""Boxes that all cells are held against at once."""
-FEET_CORNERS = 2000
-"""Corners of all the feet that one rectangle is cut along, the largest feet first; the rest is left to the
-rays."""
+OPPOSITE_TOLERANCE = 1e-9
+"""Distance from −1 of the cosine between the normals of two faces in contact."""
 
 
 class Faces:
     """The flat parts of the room and the bodies, found by their planes.
 
-    flat : (surface, part) of each, of both kinds
+    flat : (surface, face) of each
     """
 
-    def __init__(self, flat: list[tuple[int, Face]]):
+    def __init__(self, flat: list[tuple[int, FlatFace]]):
         self.faces = [face for _, face in flat]
         self.surface = np.array([index for index, _ in flat], dtype=int)
         self.normals = np.array([face.normal for face in self.faces]).reshape(-1, 3)
@@ -40,28 +27,33 @@ class Faces:
         boxes = boxes.reshape(-1, 2, 3)
         self.middles = boxes.mean(axis=1)
         self.radii = np.linalg.norm(np.diff(boxes, axis=1)[:, 0], axis=1) / 2
-        # By coordinate, and from one of them, lest digits be scarce.
+        # By coordinate, and from one corner: far from the origin digits are scarce.
         self.origin = self.corners[:1].sum(axis=0)
         self.facing, self.at, self.about = (np.ascontiguousarray(each.T) for each in (
             self.normals, self.corners - self.origin, self.middles - self.origin))
 
-    def against(self, index: int, face: Face, touch: float) -> list[list[np.ndarray]]:
-        """The rings (k, 3) [m] of each face of another surface that stands face to face in a face's plane,
-        the outer ring first."""
+    def against(self, index: int, face: FlatFace, touch: float) -> list[list[np.ndarray]]:
+        """Rings (k, 3) [m], outer first, of each face of another surface that stands face to face in the
+        plane of `face`.
+
+        index : surface of `face`; touch : distance that counts as contact [m]
+        """
         height = (_corner(face) - self.origin) @ face.normal
         level = np.flatnonzero(np.abs(face.normal @ self.at - height) < touch)
-        facing = self.normals[level] @ face.normal < -1 + OPPOSITE
+        facing = self.normals[level] @ face.normal < -1 + OPPOSITE_TOLERANCE
         return [_rings(self.faces[k]) for k in level[facing & (self.surface[level] != index)]]
 
-    def across(self, face: Face, touch: float, gap: float, asked: np.ndarray) -> list[np.ndarray]:
-        """The outlines (k, 3) [m] of faces that a face sees over less than a gap [m], about; only of surfaces
-        that are asked (n_surfaces,)."""
+    def across(self, face: FlatFace, touch: float, gap: float, asked: np.ndarray) -> list[np.ndarray]:
+        """Outlines (k, 3) [m] of faces that `face` sees over less than about `gap` [m].
+
+        asked : (n_surfaces,) surfaces that count
+        """
         own = _outline(face)
         middle = (own.min(axis=0) + own.max(axis=0)) / 2
         radius = np.linalg.norm(np.ptp(own, axis=0)) / 2
         before = face.normal @ self.about - (middle - self.origin) @ face.normal
         near = np.flatnonzero((before > touch) & (before - self.radii < gap) & asked[self.surface]
-                              & (face.normal @ self.facing < FACING))
+                              & (face.normal @ self.facing < -0.5))
         apart = np.linalg.norm(self.middles[near] - middle, axis=1)
         near = near[apart < self.radii[near] + radius + gap]
         outlines = [_outline(self.faces[k]) for k in near]
@@ -71,9 +63,10 @@ class Faces:
 
 
 class Outlines:
-    """The edges of rectangles, found by the planes they lie in.
+    """Edges of rectangles, found by the planes they lie in.
 
-    corners : (n, 4, 3) [m]; own : how many of them are the room's, or mounted on it: the first ones
+    corners : (n, 4, 3) [m]
+    own : number of rectangles, the first ones, that are the room's or mounted on it
     """
 
     def __init__(self, corners: np.ndarray, own: int):
@@ -81,8 +74,8 @@ class Outlines:
         self.corners = np.ascontiguousarray(corners.reshape(-1, 3).T - self.origin[:, None])
 
     def along(self, rectangle: Rectangle, touch: float) -> tuple[np.ndarray, np.ndarray]:
-        """The edges in a rectangle's plane, along its own two edges, from where to where (2, 2, m) [m]; and
-        which of them are the room's (m,)."""
+        """The edges in a rectangle's plane, both ends along its two edges (2, 2, m) [m]; and whether each is
+        the room's (m,)."""
         corner = rectangle.corner - self.origin
         flat = np.abs(rectangle.normal @ self.corners - corner @ rectangle.normal) < touch
         start = np.flatnonzero(flat)
@@ -93,25 +86,28 @@ class Outlines:
         return ends, start < 4 * self.own
 
 
-def _corner(face: Face) -> np.ndarray:
+def _corner(face: FlatFace) -> np.ndarray:
     return face.corner if isinstance(face, Rectangle) else face.origin
 
 
-def _outline(face: Face) -> np.ndarray:
+def _outline(face: FlatFace) -> np.ndarray:
     return _rings(face)[0]
 
 
-def _rings(face: Face) -> list[np.ndarray]:
+def _rings(face: FlatFace) -> list[np.ndarray]:
     return [face.corners] if isinstance(face, Rectangle) else [*map(face.solid, face.rings)]
 
 
 def standing(rectangle: Rectangle, feet: list[list[np.ndarray]], every: bool, lamps: list[np.ndarray],
-             patch_size: float, touch: float):
-    """What stands on a rectangle and is to be cut out of it, as shapely's in metres along its edges; None
-    where nothing is. Aligned feet need no cutting where the grid has its lines along them.
+             patch_size: float, touch: float, most_corners: int = 2000):
+    """Union of what stands on a rectangle and is to be cut out, as shapely's in metres along its edges; None
+    where there is nothing.
 
-    feet : rings (k, 3) [m] of each, the outer first; every : whether aligned ones are cut out too;
-    lamps : outlines that are cut out in any case.
+    feet : rings (k, 3) [m] of each, outer first. Feet along the rectangle's edges need no cutting where the
+        grid has lines along them, nor do feet shorter than a quarter of a patch: they hide little light
+    every : whether feet along the edges are cut out too
+    lamps : outlines (k, 3) [m] that are always cut out
+    most_corners : of all feet, the largest first; rays take care of the rest
     """
     import shapely
 
@@ -120,24 +116,26 @@ def standing(rectangle: Rectangle, feet: list[list[np.ndarray]], every: bool, la
     for rings in feet:
         flat = [(ring - rectangle.corner) @ axes.T for ring in rings]
         steps = np.abs(np.roll(flat[0], -1, axis=0) - flat[0])
-        if (every or (steps.min(axis=1) > touch).any()) and np.ptp(flat[0], axis=0).max() > THIN * patch_size:
+        if (every or (steps.min(axis=1) > touch).any()) and np.ptp(flat[0], axis=0).max() > patch_size / 4:
             shapes.append(shapely.Polygon(flat[0], flat[1:]))
     if not shapes and not always:
         return None
     whole = shapely.box(0, 0, *_sides(rectangle)).buffer(-touch)
     shapes = sorted((s for s in shapes if s.intersects(whole)), key=lambda s: -s.area)
     counts = np.cumsum([len(shapely.get_coordinates(s)) for s in shapes])
-    kept = [s for s, count in zip(shapes, counts, strict=True) if count <= FEET_CORNERS]
+    kept = [s for s, count in zip(shapes, counts, strict=True) if count <= most_corners]
     over = [lamp for lamp in always if lamp.intersects(whole)]
     return shapely.union_all(over + kept) if over + kept else None
 
 
 def cut(rectangle: Rectangle, cells: np.ndarray, feet, patch_size: float,
         touch: float) -> tuple[np.ndarray, np.ndarray]:
-    """Cells (m, 4) of a rectangle, s and t from and to, clear of feet: those across their outline are
-    quartered until they are short, and what is left of them is cut into triangles (k, 3, 2) in s and t.
+    """Cells of a rectangle clear of feet: cells (m, 4), s and t from and to, and triangles (k, 3, 2) in s and
+    t.
 
-    feet : from `standing`.
+    Cells across an outline are quartered until they are half a patch long; their rests are cut into
+    triangles.
+    cells : (m, 4); feet : from `standing`
     """
     import shapely
 
@@ -148,7 +146,7 @@ def cut(rectangle: Rectangle, cells: np.ndarray, feet, patch_size: float,
         boxes = _boxes(cells, sides)
         crossed = shapely.intersects(boxes, line)
         length = np.maximum((cells[:, 1] - cells[:, 0]) * sides[0], (cells[:, 3] - cells[:, 2]) * sides[1])
-        long = crossed & (length > 1.01 * AT_CONTACT * patch_size)
+        long = crossed & (length > 1.01 * patch_size / 2)
         if not long.any():
             break
         cells = np.vstack([cells[~long], quartered(cells[long])])
@@ -174,18 +172,19 @@ def _boxes(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:
 
 
 def graded(cells: np.ndarray, sides: tuple[float, float], near: list[tuple]) -> np.ndarray:
-    """Cells (m, 4) of a rectangle of those sides [m], s and t from and to, quartered until each is short for
-    its distance from boxes.
+    """Cells (m, 4) of a rectangle quartered until each is short for its distance from boxes.
 
-    near : boxes' lowest and highest corners (b, 3) [m] along the rectangle's edges and its normal; how many
-        times as long as a box is away a cell may be, and how short it need never be [m]
+    cells : (m, 4), s and t from and to; sides : of the rectangle [m]
+    near : for each set of boxes: lowest and highest corners (b, 3) [m] along the rectangle's edges and
+        normal, largest length of a cell over its distance from a box, and length below which no cell is
+        quartered [m]
     """
     low, high = (np.concatenate([boxes[k] for boxes in near]) for k in range(2))
     close, shortest = (np.repeat([boxes[k] for boxes in near], [len(boxes[0]) for boxes in near])
                        for k in (2, 3))
     level = np.maximum(np.maximum(low[:, 2], -high[:, 2]), 0.0)
-    for first in range(0, len(low), BOXES):
-        some = slice(first, first + BOXES)
+    for first in range(0, len(low), 16):
+        some = slice(first, first + 16)
         done = []
         while len(cells):
             sizes, beside = [], []
@@ -211,13 +210,16 @@ def quartered(cells: np.ndarray) -> np.ndarray:
 
 
 def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarray, dict[int, object]]:
-    """Which patches are covered (n_patches,): buried, or wholly in another surface's face, be it face to face
-    with it, as a crate and the floor, or a second time where an earlier surface already is; and what is left
-    of those that others cover in part, as in `Mesh`."""
+    """Whether each patch is covered (n_patches,), and the uncovered rests of patches covered in part, as in
+    `Mesh.partly`.
+
+    A patch is covered where it is buried, face to face with another surface, as a crate and the floor, or
+    where an earlier surface already lies in its place.
+    """
     covered = mesh.covered.copy()
     middle = np.ascontiguousarray(mesh.corners.mean(axis=1).T - mesh.middle[:, None])
     shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
-    # Luminaires come after: their faces stand in a wall's. Sheets are cut where they are covered.
+    # Luminaires come after `last`: their faces lie in a wall's. Sheets are cut where they are covered.
     last = faces.surface.max(initial=-1)
     feet: dict[int, list] = {}
     for index, face in zip(faces.surface, faces.faces, strict=True):
@@ -226,8 +228,9 @@ def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarr
         near = near[(mesh.surface[near] != index) & (mesh.twin[near] < 0) & ~covered[near]]
         facing, offset = mesh.normal[near] @ face.normal, shrunk[near] - _corner(face)
         level = (np.abs(offset @ face.normal) < touch).all(axis=1)
-        again = (facing > 1 - OPPOSITE) & (mesh.surface[near] > index) & (mesh.surface[near] <= last)
-        asked = level & ((facing < -1 + OPPOSITE) | again)
+        again = ((facing > 1 - OPPOSITE_TOLERANCE) & (mesh.surface[near] > index)
+                 & (mesh.surface[near] <= last))
+        asked = level & ((facing < -1 + OPPOSITE_TOLERANCE) | again)
         asked, offset = near[asked], offset[asked]
         if isinstance(face, Rectangle):
             s = offset @ face.u / (face.u @ face.u)
@@ -247,12 +250,12 @@ def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarr
     return covered, _left(mesh, covered, feet)
 
 
-def _left(mesh: Mesh, covered: np.ndarray, feet: dict[int, list[Face]]) -> dict[int, object]:
-    """What is left of patches beside faces that stand on them, in s and t; `covered` gains those of which
-    nothing is."""
+def _left(mesh: Mesh, covered: np.ndarray, feet: dict[int, list[FlatFace]]) -> dict[int, object]:
+    """The uncovered rest of each patch under faces that stand on it, in s and t; `covered` gains patches of
+    which nothing is left."""
     import shapely
 
-    found = {}
+    found, rounding = {}, 1e-5
     for patch, faces in feet.items():
         if covered[patch]:
             continue
@@ -262,14 +265,14 @@ def _left(mesh: Mesh, covered: np.ndarray, feet: dict[int, list[Face]]) -> dict[
                  for face in faces]
         left = whole.difference(shapely.union_all([shapely.Polygon(outer, holes).buffer(0)
                                                    for outer, *holes in rings]))
-        if left.area < COVERED * whole.area:
+        if left.area < rounding * whole.area:
             covered[patch] = True
-        elif left.area < (1 - COVERED) * whole.area:
+        elif left.area < (1 - rounding) * whole.area:
             found[patch] = left
     return found
 
 
-def turned(face: Face) -> Face:
+def turned(face: FlatFace) -> FlatFace:
     """A face that looks the other way."""
     if isinstance(face, Rectangle):
         return Rectangle(face.corner, face.v, face.u)

@@ -1,5 +1,5 @@
-"""The lines that a mesh's edges lie on. An edge seen from a point spans the angle between its ends on its
-line, so that neighbours along a line share an end."""
+"""The lines that a mesh's edges lie on. Seen from a point, an edge spans the angle between its ends on its
+line, so neighbours along a line share an end."""
 
 from dataclasses import dataclass
 
@@ -8,19 +8,15 @@ from scipy import sparse
 
 from renderer.radiometry.polygons import HORIZON
 
-SAME_LINE = 10
-"""Decimals, in units of the room, that edges of one line share."""
-
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines in units of the room, from its middle; those that have as many ends of edges are one after the
-    other.
+    """Lines in units of the room, from its middle, sorted by their number of ends.
 
-    direction : (n_lines, 3) unit; moment : (n_lines, 3) a place on it × direction
-    along : (n_ends,) how far along its line each end is, line by line
-    groups : first line, first end, lines and ends a line, of lines that have as many
-    around : (n_patches, n_ends) what each end adds to each patch's factor, over the angle to it
+    direction : (n_lines, 3) unit; moment : (n_lines, 3) a place on the line × direction
+    along : (n_ends,) place of each end along its line, line by line
+    groups : first line, first end, lines and ends a line, of lines with equally many ends
+    around : (n_patches, n_ends) contribution of each end to each patch's factor, over the angle to it
     """
 
     direction: np.ndarray
@@ -30,11 +26,12 @@ class Lines:
     around: sparse.csr_array
 
     def angles(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """The angle from each line's nearest place to each end on it, seen from points (k, 3) of unit normals
-        (k, 3), times the cosine between the normal and that of the plane through point and line (n_ends, k).
+        """Angle from each line's nearest place to each end on it, seen from points, times the cosine between
+        the normal and that of the plane through point and line (n_ends, k).
 
-        That cosine is (r × d)·n / h, with r from the point to the line, d along it and h = |r × d| their
-        distance; nothing, where the point is on the line.
+        points : (k, 3); normals : (k, 3) unit
+        The cosine is (r × d)·n / h, with r from the point to the line, d along it and h = |r × d| their
+        distance; it is 0 where the point is on the line.
         """
         k, places = len(points), np.vstack([points.T, np.ones(len(points))])
         distance = np.zeros((len(self.direction), k))
@@ -65,7 +62,7 @@ class Lines:
 
     @property
     def _turns(self) -> np.ndarray:
-        """r × d, by component, is each of these (3, n_lines, 4) times a point's x, y, z and 1."""
+        """Matrices (3, n_lines, 4) that give each component of r × d from a point's x, y, z and 1."""
         x, y, z = self.direction.T
         nought = np.zeros_like(x)
         return np.array([[nought, -z, y, self.moment[:, 0]], [z, nought, -x, self.moment[:, 1]],
@@ -91,8 +88,8 @@ def lines_of(places: np.ndarray, patches: np.ndarray) -> Lines:
     ahead /= np.linalg.norm(ahead, axis=1)[:, None]
     ahead *= np.sign(ahead[np.arange(len(ahead)), np.abs(ahead).argmax(axis=1)])[:, None]
     foot = start - np.einsum("ki,ki->k", start, ahead)[:, None] * ahead
-    # Two numbers tell lines apart; where rounding makes two of one, they share no ends, and that is all.
-    tell = np.round(np.hstack([ahead, foot]) @ np.random.default_rng(0).normal(size=(6, 2)), SAME_LINE)
+    # Two numbers tell lines apart. Where rounding makes two lines of one, they just share no ends.
+    tell = np.round(np.hstack([ahead, foot]) @ np.random.default_rng(0).normal(size=(6, 2)), 10)
     _, known, of_edge = np.unique(tell @ [1, 1j], return_index=True, return_inverse=True)
     of_edge = of_edge.ravel()
     on_each = np.bincount(np.unique(of_edge * len(places) + ends) // len(places))
@@ -112,7 +109,7 @@ def lines_of(places: np.ndarray, patches: np.ndarray) -> Lines:
 
 
 def _alike(ends: np.ndarray) -> list[tuple[int, int, int, int]]:
-    """As `Lines.groups`, from how many ends each line has (n_lines,), ascending."""
+    """`Lines.groups`, from the number of ends of each line (n_lines,), ascending."""
     counts, first, lines = np.unique(ends, return_index=True, return_counts=True)
     before = np.cumsum(lines * counts) - lines * counts
     return [tuple(map(int, each)) for each in zip(first, before, lines, counts, strict=True)]

@@ -1,4 +1,4 @@
-"""Patches: flat pieces of the surfaces, each one unknown of the radiosity equation."""
+"""Patches: flat pieces of surfaces, each an unknown of the radiosity equation."""
 
 from dataclasses import dataclass, field
 
@@ -15,18 +15,19 @@ class Mesh:
     """Flat patches, each a parallelogram or a triangle.
 
     vertices : (n_vertices, 3) [m]; a vertex belongs to one flat part, so it has one normal
-    patches : (n_patches, 4) indices, counter-clockwise seen from the front; a triangle repeats
-        its last vertex
+    patches : (n_patches, 4) indices, counter-clockwise seen from the front; a triangle repeats its last
+        vertex
     surface : (n_patches,) index into Scene.surfaces
     vertex_surface : (n_vertices,) likewise
-    twin : (n_patches,) the patch on the other side of a sheet (or a luminaire in mid-air), else -1
-    covered : (n_patches,) lies face to face on another surface, again where one already is, or buried
+    twin : (n_patches,) the patch on the other side of a sheet or of a luminaire in mid-air, else -1
+    covered : (n_patches,) whether a patch is buried, face to face with another surface, or in the place of
+        one
     obstacles : (m, 8, 3) corners of boxes around whatever stands in the room [m]
     blockers : (k, 3, 3) triangles of whatever can stand between two places in the room, undivided [m]
     shell : (k, 3, 3) the room's whole surface as triangles, normals inward [m]
     solids : (k, 3, 3) the surfaces of all solids as triangles, normals outward [m]
-    partly : of patches that another surface covers in part, what is left in s and t, as shapely's
-    group : (n_patches,) which unknown each patch is of, where facets are gathered; else None
+    partly : for each patch covered in part, the uncovered rest in s and t, as shapely's
+    group : (n_patches,) the unknown that each patch belongs to, where facets are gathered; else None
     """
 
     vertices: np.ndarray
@@ -52,24 +53,24 @@ class Mesh:
 
     @cached_property
     def gathering(self) -> Gathering | None:
-        """The groups of patches that are one unknown each; None where every patch is one."""
+        """The groups of patches that are one unknown each; None where every patch is an unknown."""
         if self.group is None:
             return None
         return Gathering(self.group, self.area, self.exposed_share, self.surface)
 
     @property
     def unknowns(self) -> "Mesh | Gathering":
-        """What has `area`, `exposed_share` and `surface` of each unknown."""
+        """The object with `area`, `exposed_share` and `surface` of each unknown."""
         return self.gathering or self
 
     @property
     def count(self) -> int:
-        """How many unknowns there are."""
+        """Number of unknowns."""
         return len(self.patches) if self.group is None else len(self.gathering.size)
 
     @cached_property
     def gathered(self) -> np.ndarray:
-        """Which vertices are of patches gathered with others (n_vertices,)."""
+        """Whether each vertex belongs to a patch gathered with others (n_vertices,)."""
         found = np.zeros(len(self.vertices), dtype=bool)
         if self.group is not None:
             found[self.patches[self.gathering.size[self.group] > 1]] = True
@@ -82,12 +83,12 @@ class Mesh:
 
     @cached_property
     def scale(self) -> float:
-        """The room's longest side [m], what tolerances are relative to."""
+        """The room's longest side [m]; tolerances are relative to it."""
         return float(np.ptp(self.bounds, axis=0).max())
 
     @cached_property
     def middle(self) -> np.ndarray:
-        """The room's middle (3,) [m]: coordinates are counted from it where digits are scarce."""
+        """The room's middle (3,) [m], the origin for numbers in single precision."""
         return self.bounds.mean(axis=0)
 
     @cached_property
@@ -118,8 +119,7 @@ class Mesh:
 
     @cached_property
     def size(self) -> float:
-        """Edge of a patch [m]: the root of its area, in the mean over all places of the room: where a few
-        small patches are about lamps, the large ones count."""
+        """Edge of a patch [m]: √(Σ A² / Σ A), to which a few small patches near lamps contribute little."""
         return float(np.sqrt(self.area @ self.area / self.area.sum()))
 
     @cached_property
@@ -140,7 +140,7 @@ class Mesh:
 
     @cached_property
     def around_vertices(self) -> sparse.csr_array:
-        """The mean over the patches around each vertex (n_vertices, n_patches); its rows sum to 1."""
+        """Matrix of means over the patches around each vertex (n_vertices, n_patches); its rows sum to 1."""
         corners = 4 - self.triangular
         patch = np.repeat(np.arange(len(self.patches)), corners)
         vertex = self.patches[np.arange(4) < corners[:, None]]
@@ -154,8 +154,7 @@ class Mesh:
         return lines_of(self.in_room(self.vertices), self.patches)
 
     def in_room(self, points: np.ndarray) -> np.ndarray:
-        """Points (k, 3) [m] in units of the room, from its middle, so that no square is too small or too
-        large for single precision."""
+        """Points (k, 3) [m] in units of the room, from its middle, for single precision."""
         return (points - self.middle) / self.scale
 
     def at(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -165,7 +164,7 @@ class Mesh:
                         axis=-1)
 
     def spread(self, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
-        """Points all over patches (k,), evenly, (k, …, 3) from points of the unit square (k, …, 2)."""
+        """Points all over patches (k,), evenly, (k, …, 3) [m] from points of the unit square (k, …, 2)."""
         patch = patch.reshape(-1, *[1] * (square.ndim - 2))
         return self.at(patch, *self._folded(patch, square))
 
@@ -178,20 +177,20 @@ class Mesh:
         return [a[:, None] + p * (b - a)[:, None] + q * (d - a)[:, None] for a, b, _, d in corners.T]
 
     def _folded(self, patch: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the unit square, of triangles those past the diagonal turned back into them."""
+        """s and t of points of the unit square; on triangles points past the diagonal are turned back."""
         s, t = square[..., 0], square[..., 1]
         fold = self.triangular[patch] & (s + t > 1)
         return np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)
 
     def hidden_at(self, patch: int, square: np.ndarray) -> np.ndarray:
-        """Whether another surface covers points of a patch, from points of the unit square (k, 2), (k,)."""
+        """Whether another surface covers points of a patch (k,), from points of the unit square (k, 2)."""
         import shapely
 
         s, t = self._folded(np.array([patch]), square)
         return ~shapely.contains_xy(self.partly[patch], s, t)
 
     def inside(self, patch: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The (s, t) of points on the patches' planes."""
+        """Coordinates (s, t) of points on the patches' planes. points : (k, 3) [m]"""
         u, v, offset = self.u[patch], self.v[patch], points - self.corners[patch, 0]
         uu, uv, vv = _dot(u, u), _dot(u, v), _dot(v, v)
         ou, ov = _dot(offset, u), _dot(offset, v)
@@ -199,7 +198,7 @@ class Mesh:
         return (ou * vv - ov * uv) / det, (ov * uu - ou * uv) / det
 
     def weights(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Linear interpolation between a patch's four vertices (k, 4); its rows sum to 1."""
+        """Weights of a patch's four vertices in linear interpolation (k, 4); they sum to 1."""
         s, t = np.clip(s, 0, 1), np.clip(t, 0, 1)
         quad = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
         triangle = np.stack([1 - s - t, s, t, np.zeros_like(s)], axis=-1)

@@ -7,17 +7,11 @@ import trimesh
 
 from renderer.scene.flat import Polygon
 
-TRIANGLE_SPACING = 1.6
-"""Side of the square cells whose middles are vertices, in patch sizes: triangles then have a patch's area
-on average."""
-MAX_SMOOTHING_ROUNDS = 12
-"""How often edges that the triangles miss are halved before the polygon is cut up without inner points."""
-
 
 def without(polygon: Polygon, feet: list[list[np.ndarray]], touch: float) -> list:
-    """What is left of a polygon where others of its plane stand on it, as shapely's.
+    """What is left of a polygon under others that stand on it in its plane, as shapely's.
 
-    feet : the rings (k, 3) [m] of each, the outer first.
+    feet : rings (k, 3) [m] of each, outer first
     """
     import shapely
 
@@ -28,19 +22,20 @@ def without(polygon: Polygon, feet: list[list[np.ndarray]], touch: float) -> lis
     return [part for part in getattr(left, "geoms", [left]) if part.area > touch**2]
 
 
-def triangulated(shape, size: float) -> tuple[np.ndarray, np.ndarray]:
+def triangulated(shape, size: float, max_halvings: int = 12) -> tuple[np.ndarray, np.ndarray]:
     """Points (k, 2) and triangles (m, 3), counter-clockwise, of a polygon of shapely's.
 
-    Delaunay's triangles of points along the edges and of the middles of square cells, halved near the
-    edges. An edge that they miss is halved until they have it (Ruppert, J. Algorithms 18, 1995).
+    Delaunay's triangles of points along the edges and of the middles of square cells, halved near the edges.
+    An edge that they miss is halved until they have it (Ruppert, J. Algorithms 18, 1995).
+    size : side of a patch [m]; max_halvings : after which the polygon is divided without inner points
     """
     from scipy.spatial import Delaunay
 
     rings = [np.array(ring.coords)[:-1] for ring in (shape.exterior, *shape.interiors)]
-    step = TRIANGLE_SPACING * size
+    step = 1.6 * size  # with which triangles have a patch's area on average
     border = [_sampled(ring, step / 2) for ring in rings]
     inner = _middles(shape, rings[0], step)
-    for _ in range(MAX_SMOOTHING_ROUNDS):
+    for _ in range(max_halvings):
         count = sum(map(len, border))
         points = np.vstack([*border, inner])
         # Rounded, so that a room far from the origin is divided like the same room near it.
@@ -79,8 +74,7 @@ def _sampled(ring: np.ndarray, step: float) -> np.ndarray:
 
 
 def _middles(shape, ring: np.ndarray, step: float) -> np.ndarray:
-    """Middles (k, 2) of square cells along the longest edge of a polygon, at half the step where its
-    edges are near."""
+    """Middles (k, 2) of square cells along the longest edge of a polygon, at half the step near its edges."""
     import shapely
 
     sides = np.roll(ring, -1, axis=0) - ring
@@ -107,7 +101,7 @@ def _middles(shape, ring: np.ndarray, step: float) -> np.ndarray:
 
 
 def _within(shape, points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Points and triangles inside the polygon, or None where they are not all of it."""
+    """Points and triangles inside the polygon; None where these do not fill it."""
     import shapely
 
     middles = points[triangles].mean(axis=1)

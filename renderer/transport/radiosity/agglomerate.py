@@ -1,7 +1,7 @@
-"""The same room on a coarser mesh, made of the finer one's patches by groups: no ray is cast for it.
+"""A coarser operator made of the fine one by groups of patches, without new rays.
 
-A group's patches have one radiosity; its factors are the sums of theirs (Galerkin's method with constants,
-as in a hierarchy of patches: P. Hanrahan, D. Salzman, L. Aupperle, SIGGRAPH 1991).
+Patches of a group have one radiosity; the factors of groups are sums of theirs (Galerkin's method with
+constants, as in a hierarchy of patches: P. Hanrahan, D. Salzman, L. Aupperle, SIGGRAPH 1991).
 """
 
 from dataclasses import dataclass
@@ -14,24 +14,15 @@ from renderer.transport.factors.exchange import Exchange, SplitSymmetric
 from renderer.transport.mesh.gathering import Gathered
 from renderer.transport.mesh.mesh import Mesh
 
-LONGER = 1.25
-"""How many times as long groups are as patches, at least, to tell the error of these."""
-CELLS = (2.0, 4.0, 8.0, 32.0)
-"""Sides of the cells whose patches are a group, in those of the patches; the first that make groups
-longer."""
-
-NO_LIGHT = 1e-9
-"""Factor times area, over the largest patch's area, that is rounding and no exchange."""
-
-ROWS_AT_ONCE = 512
-"""Rows of a dense operator that are looked through at once."""
+MIN_PATCH_SIZE_RATIO = 1.25
+"""Smallest ratio between the patch sizes of two meshes that tell each other's error."""
 
 
 @dataclass(frozen=True)
 class Groups:
     """Patches by groups.
 
-    of : (n_patches,) the group of each; longer : how many times as long groups are as patches
+    of : (n_patches,) group of each patch; longer : edge of a group over that of a patch
     exchange : between groups; surface : (n_groups,)
     """
 
@@ -51,7 +42,7 @@ class Groups:
 
 
 def membership(of: np.ndarray) -> sparse.csr_array:
-    """Which group each patch is in (n_groups, n_patches), of ones."""
+    """Matrix of ones (n_groups, n_patches) where a patch is in a group."""
     n = len(of)
     return sparse.csr_array((np.ones(n), (of, np.arange(n))), shape=(of.max() + 1, n))
 
@@ -60,16 +51,16 @@ def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
     """Groups of neighbouring patches of one surface that face about alike, two by two where they are even."""
     apart = _chambers(exchange)
     size = _size(exchange.areas if mesh.group is None else np.bincount(mesh.group, exchange.areas))
-    for cells in CELLS:
+    for cells in (2.0, 4.0, 8.0, 32.0):
         of = np.unique(np.column_stack([apart, _groups(mesh, cells)]), axis=0, return_inverse=True)[1].ravel()
         areas = np.bincount(of, exchange.areas)
         longer = _size(areas) / size if size else 1.0
-        if longer >= LONGER:
+        if longer >= MIN_PATCH_SIZE_RATIO:
             break
     else:
         of = np.unique(np.column_stack([apart, mesh.surface]), axis=0, return_inverse=True)[1].ravel()
         areas = np.bincount(of, exchange.areas)
-        longer = max(LONGER, _size(areas) / size if size else 1.0)
+        longer = max(MIN_PATCH_SIZE_RATIO, _size(areas) / size if size else 1.0)
     member = membership(of)
     whole = exchange.matrix
     if isinstance(whole, Gathered):
@@ -85,9 +76,9 @@ def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
 
 
 def _chambers(exchange: Exchange) -> np.ndarray:
-    """Number of the chamber (n_patches,) that each patch is in: between chambers no light goes, however often
-    it is reflected, so that no group may reach from one into another."""
-    whole, floor = exchange.matrix, NO_LIGHT * exchange.areas.max(initial=0.0)
+    """Number of the chamber that each patch is in (n_patches,): no light goes from one chamber to another,
+    however often it is reflected, so a group must not reach into both."""
+    whole, floor = exchange.matrix, 1e-9 * exchange.areas.max(initial=0.0)  # less is rounding
     if isinstance(whole, Gathered):
         return np.zeros(len(exchange.areas), dtype=int)
     if isinstance(whole, SplitSymmetric):
@@ -95,25 +86,26 @@ def _chambers(exchange: Exchange) -> np.ndarray:
         seen = sparse.csr_array((given.data > floor, given.indices, given.indptr), shape=given.shape)
         seen.eliminate_zeros()
         return connected_components(seen, directed=False)[1]
-    chamber = np.where(exchange.areas > 0, -1, 0)  # what is covered is of no account
+    chamber = np.where(exchange.areas > 0, -1, 0)  # covered patches do not count
     for first in np.flatnonzero(chamber < 0):
         new = np.array([first]) if chamber[first] < 0 else []
         while len(new):
             chamber[new] = first
             met = np.zeros(len(whole), dtype=bool)
-            for rows in np.array_split(new, -(-len(new) // ROWS_AT_ONCE)):
+            for rows in np.array_split(new, -(-len(new) // 512)):
                 met |= (whole[rows] > floor).any(axis=0)
             new = np.flatnonzero(met & (chamber < 0))
     return chamber
 
 
 def _size(areas: np.ndarray) -> float:
-    """Edge of a patch in the mean over all places, as `Mesh.size`."""
+    """Edge of a patch [m], as `Mesh.size`."""
     return float(np.sqrt(areas @ areas / areas.sum())) if areas.any() else 0.0
 
 
 def _groups(mesh: Mesh, cells: float) -> np.ndarray:
-    """The group of each patch (n_patches,): in cells so many times as long as patches of its size."""
+    """The group of each patch (n_patches,): one for each cell, `cells` times as long as patches of about its
+    size."""
     one = slice(None) if mesh.gathering is None else mesh.gathering.first  # of gathered facets the first
     octave = np.ceil(np.log2(np.sqrt(mesh.unknowns.area)) - 1e-6)
     cell = np.floor((mesh.centroid[one] - mesh.bounds[0]) / (cells * 2.0**octave)[:, None])

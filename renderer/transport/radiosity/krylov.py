@@ -1,23 +1,21 @@
-"""Rooms in which all that reflects does so alike, as those of one paint, and light falls alike in every band.
+"""One solve for all bands and paints where reflecting surfaces reflect alike and direct light falls alike.
 
-Their bands (1 − ρ G) z = b differ by ρ alone, and so does another paint: all share one Krylov space (Lanczos'
-steps; Frommer and Maass, SIAM J. Sci. Comput. 20, 1999), in which one column is multiplied for all of them.
+The bands (1 − ρ G) z = b differ by ρ alone, as do those of another paint. All share one Krylov space
+(Lanczos' steps; Frommer and Maass, SIAM J. Sci. Comput. 20, 1999), in which one column is multiplied for all
+of them.
 """
 
 from threading import Lock
 
 import numpy as np
 
-MAX_BASIS = 48
-"""At the most; what they leave is solved band by band."""
-
 
 class Krylov:
-    """The space that a symmetric matrix S (n, n), scaled from both sides by `side` (n,), spans from a unit
+    """The Krylov space of a symmetric matrix S (n, n), scaled from both sides by `side` (n,), from a unit
     vector `first` (n,).
 
     basis : (k, n) orthonormal; products : (k, n) S (side · basis)
-    alpha, beta : (k,) of the tridiagonal matrix that the scaled one is in it
+    alpha, beta : (k,) diagonal and off-diagonal of the scaled matrix in that basis
     """
 
     def __init__(self, matrix, side: np.ndarray, first: np.ndarray):
@@ -27,14 +25,16 @@ class Krylov:
         self._growing = Lock()
 
     def is_of(self, side: np.ndarray, first: np.ndarray) -> bool:
-        """Whether it is the one of that side and first vector."""
+        """Whether this is the space of that side and first vector."""
         return np.array_equal(side, self._side) and np.array_equal(first, self._first)
 
-    def solve(self, rho: np.ndarray, goal: float) -> np.ndarray:
-        """Weights (k, m) of the basis in z with (1 − ρ G) z = first, for each ρ (m,), G the scaled matrix, to
-        a residual of `goal` or as far as STEPS go."""
+    def solve(self, rho: np.ndarray, goal: float, max_steps: int = 48) -> np.ndarray:
+        """Weights (k, m) of the basis in z with (1 − ρ G) z = first, for each ρ (m,), G the scaled matrix.
+
+        goal : residual at which it stops; max_steps : after which it stops, and band by band has to go on
+        """
         pivot, before, left = np.inf, 0.0, np.ones(len(rho))
-        for k in range(MAX_BASIS):
+        for k in range(max_steps):
             with self._growing:
                 if k == len(self.alpha):
                     self._grow()

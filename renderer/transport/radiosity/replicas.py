@@ -1,4 +1,4 @@
-"""The light by each replica of the rays, from its small departure from the light by all of them.
+"""The light by each replica of the rays, from its small departure from the light by all rays.
 
 The operator of a replica, S + D, is nearly that of all rays, S. To first order its light departs by what D
 sends of the light by S, once that has gone round the room by S: one solve with as many columns as there are
@@ -14,8 +14,10 @@ from renderer.transport.radiosity.solve import rescaled
 def departures(exchange: Exchange, more, radiosity: np.ndarray) -> np.ndarray:
     """Irradiance by the operator of each replica less that by the whole one (replicas, n, n_bands) [W m⁻²].
 
-    more : from x (n, k) to D x (replicas, n, k); radiosity : (n, n_bands). Each operator is made to conserve
-    energy, as the whole is: with 1 + d on both sides, where (A + S) d = −D 1 to first order.
+    more : returns D x (replicas, n, k) from x (n, k)
+    radiosity : (n, n_bands) [W m⁻²]
+    Each operator is made to conserve energy, as the whole one does: scaled by 1 + d from both sides, where (A
+    + S) d = −D 1 to first order.
     """
     ones = np.ones((len(radiosity), 1))
     brought = more(np.hstack([ones, radiosity]))

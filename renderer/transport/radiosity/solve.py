@@ -1,4 +1,4 @@
-"""The radiosity equation, for every band at once."""
+"""The radiosity equation, solved for every band at once."""
 
 import numpy as np
 
@@ -6,42 +6,31 @@ from renderer.errors import SolveError
 from renderer.transport.factors.exchange import Exchange
 from renderer.transport.radiosity.krylov import Krylov
 
-TOLERANCE, TOLERANCE_OF_LARGE = 1e-11, 5e-7
-"""The solve stops when the residual is below this share of the right-hand side, in every band. In a
-large mesh energy is then conserved to about as much; its factors are known to 1e-4 at best."""
-ACCEPTABLE = 1e-6
-"""Rounding may stop it before; past this residual there is no answer worth giving."""
-CACHE_LINE = 16
-"""Numbers in single precision in a line of the cache."""
-COLUMNS_OF_A_MATRIX_PRODUCT = 4
-"""Columns from which a product with a dense matrix is one, and not as many."""
-ROWS_PER_SLICE = 1 << 12
-"""Added up at a time."""
-CORRECTIONS = 10
-"""Solves of what the ones before left; two are enough unless hardly anything absorbs."""
-SINGLE_PRECISION_RESIDUAL = 1e-6
-"""About what a solve in single precision cannot but leave of that."""
-SLOW, SHORT = 0.01, 200
-"""Where one leaves more, or takes so many steps, the next is in double precision."""
-MAX_STEPS = 20_000
-"""Steps of a solve, at most."""
-FOR_BARS, ENOUGH = 2e-6, 1e-3
-"""The residual where only an error bar hangs on it; and the least that is of use there."""
+RESIDUAL_TOLERANCE = 1e-11
+"""Residual over the right-hand side, in every band, at which a solve stops; energy is then conserved to about
+as much."""
+SINGLE_PRECISION_STEPS = 200
+"""Steps after which a solve in single precision goes on in double precision."""
+BAR_TOLERANCE, REPLICA_TOLERANCE = 2e-6, 1e-3
+"""Residuals for a solve that serves error bars: of a mesh, and of the departures of replicas."""
 
 
 def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
-              tolerance: float = TOLERANCE, common_direct_pattern: np.ndarray | None = None) -> tuple:
-    """B = ρ (E_direct + F B), solved by conjugate gradients.
+              tolerance: float = RESIDUAL_TOLERANCE,
+              common_direct_pattern: np.ndarray | None = None) -> tuple:
+    """B = ρ (E_direct + F B), solved by conjugate gradients: B and F B, sent and received (n_patches,
+    n_bands) [W m⁻²].
 
-    reflectance, direct : (n_patches, n_bands), [1] and [W m⁻²]; tolerance : of the residual;
-    falling : (n_patches,) where all columns of `direct` are multiples of it. Returns B and F B, what each
-    patch sends, and receives from the others, both (n_patches, n_bands).
-    With b = √A B = r z and r = √ρ the equation is (1 − r G r) z = r √A E, where
-    G_ij = S_ij / √(A_i A_j) is symmetric with no eigenvalue above 1: positive definite as long as
-    something absorbs. No division by ρ or 1 − ρ, so both ends of the range are ordinary.
-    Steps are in single precision where that gets on; residual and answer are in double precision
-    (iterative refinement: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 12).
-    Raises SolveError where it does not converge, as when nothing absorbs at all.
+    reflectance : (n_patches, n_bands) [1]; direct : (n_patches, n_bands) [W m⁻²], direct irradiance
+    tolerance : residual over the right-hand side
+    common_direct_pattern : (n_patches,) of which all columns of `direct` are multiples; None where they are
+        not
+    With b = √A B = r z and r = √ρ the equation is (1 − r G r) z = r √A E, where G_ij = S_ij / √(A_i A_j) is
+    symmetric with no eigenvalue above 1: positive definite as long as something absorbs. Nothing is divided
+    by ρ or 1 − ρ, so reflectances near 0 and 1 need no special care. Steps are in single precision where that
+    converges; residual and result are in double precision (iterative refinement: Higham, Accuracy and
+    Stability of Numerical Algorithms, 2nd ed., ch. 12). Raises SolveError where it does not converge, as when
+    nothing absorbs.
     """
     root = np.sqrt(exchange.areas)[:, None]
     inverse = 1 / np.where(root > 0, root, np.inf)
@@ -52,10 +41,10 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
     norm = _norm(right)
     norm = np.where(norm > 0, norm, 1.0)
     large = exchange.single
-    goal = max(tolerance, TOLERANCE_OF_LARGE) if large else tolerance
+    goal = max(tolerance, 5e-7) if large else tolerance  # a large mesh's factors are known to 1e-4 at best
 
     def check(z: np.ndarray) -> tuple:
-        # After hundreds of steps what the steps call the residual may not be the true one.
+        # After hundreds of steps the residual of the recursion may not be the true one.
         sent = side * z
         received = _product(exchange.matrix, sent)
         residual = right - z + side * received
@@ -71,7 +60,7 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
         sent, residual = side * z, right - z + side * received
     left = _norm(residual) / norm
     matrix = None
-    for _ in range(CORRECTIONS):
+    for _ in range(10):  # two do unless hardly anything absorbs
         if (left <= goal).all():
             break
         if matrix is None:
@@ -80,18 +69,18 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
         single = sides.dtype == np.float32
         rest, enough = residual / size, goal / 2 / left.max()
         if single:
-            rest, enough = _in_lines(rest), max(SINGLE_PRECISION_RESIDUAL, enough)
-        most = SHORT if single and not large else MAX_STEPS
+            rest, enough = _in_lines(rest), max(1e-6, enough)  # what single precision reaches
+        most = SINGLE_PRECISION_STEPS if single and not large else 20_000
         z = z + size * _conjugate_gradients(matrix, -sides, sides, rest, enough, most)[:, :right.shape[1]]
         before = left
         sent, received, residual, left = check(z)
-        if single and not large and (left > np.maximum(goal, SLOW * before)).any():
+        if single and not large and (left > np.maximum(goal, 0.01 * before)).any():
             matrix, sides = exchange.matrix, side
         elif (left > before / 2).all():
             break
     # A residual of rounding size against a large z is as good as the numbers allow.
     rounding = 1e-14 * _norm(z) / norm
-    if not (left <= np.maximum(max(goal, ACCEPTABLE), rounding)).all():
+    if not (left <= np.maximum(max(goal, 1e-6), rounding)).all():
         raise SolveError(f"the interreflections do not settle (residual {left.max():.1e}): almost "
                          "nothing in the room absorbs light. Lower the reflectance of a surface.")
     received *= inverse**2
@@ -100,9 +89,10 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
 
 def _one_paint(exchange: Exchange, inverse: np.ndarray, r: np.ndarray, right: np.ndarray,
                first: np.ndarray, goal: float) -> tuple | None:
-    """z, and S r z / √A, where all that reflects does so alike, as in a room of one paint; else None.
+    """z, and S r z / √A, where all reflecting surfaces reflect alike, as in a room of one paint; else None.
 
-    inverse : 1 / √A (n_patches,); first : √A times how light falls (n_patches,), in every band alike
+    inverse : 1 / √A (n_patches,)
+    first : √A times the pattern of direct light (n_patches,), alike in every band
     """
     reflecting = r.any(axis=1)
     first = np.where(reflecting, first, 0.0)
@@ -110,7 +100,7 @@ def _one_paint(exchange: Exchange, inverse: np.ndarray, r: np.ndarray, right: np
     if size == 0 or (r[reflecting] != r[reflecting][0]).any():
         return None
     first, side = first / size, np.where(reflecting, inverse, 0.0)
-    # The next paint has this very space, to the last digit, whichever came first.
+    # Another paint gets this same space, to the last digit, in whichever order they come.
     space = exchange.kept.get("krylov")
     if space is None or not space.is_of(side, first):
         space = exchange.kept["krylov"] = Krylov(exchange.matrix, side, first)
@@ -121,22 +111,28 @@ def _one_paint(exchange: Exchange, inverse: np.ndarray, r: np.ndarray, right: np
 
 
 def rescaled(exchange: Exchange, missing: np.ndarray) -> np.ndarray:
-    """d (n_patches, k) with (A + S) d = missing (n_patches, k) [m²], to a thousandth: by how much more than 1
-    the operator must be scaled from both sides for its rows to sum to that much more."""
+    """d (n_patches, k) with (A + S) d = missing, to a thousandth. The operator scaled by 1 + d from both
+    sides has rows that sum to `missing` more.
+
+    missing : (n_patches, k) [m²]
+    """
     root = np.sqrt(exchange.areas)[:, None]
     inverse = 1 / np.where(root > 0, root, np.inf)
     right = inverse * missing
     norm = _norm(right)
     norm = np.where(norm > 0, norm, 1.0)
     side = _in_lines(np.broadcast_to(inverse, right.shape))
-    z = _conjugate_gradients(exchange.in_single, side, side, _in_lines(right / norm), ENOUGH, SHORT)
+    z = _conjugate_gradients(exchange.in_single, side, side, _in_lines(right / norm), REPLICA_TOLERANCE,
+                             SINGLE_PRECISION_STEPS)
     return inverse * z[:, :right.shape[1]] * norm
 
 
 def _conjugate_gradients(matrix, left, side: np.ndarray, right: np.ndarray, goal, most: int) -> np.ndarray:
-    """z with z + left S side z = right (n_patches, n_bands), right of norm 1 in every band, or 0, and left
-    plus or minus side, until what remains is below `goal` or after `most` steps, in the precision of `side`
-    and `right`."""
+    """z with z + left S side z = right (n_patches, n_bands), in the precision of `side` and `right`.
+
+    left : plus or minus `side`; right : of norm 1 or 0 in every band
+    goal : residual at which it stops; most : steps after which it stops
+    """
     residual, search = right, right.copy()
     z = np.zeros_like(right)
     power = _dot(residual, residual)
@@ -148,7 +144,7 @@ def _conjugate_gradients(matrix, left, side: np.ndarray, right: np.ndarray, goal
             break
         image = _product(matrix, side * search)
         image *= left
-        image += search  # what absorption takes
+        image += search
         curvature = _dot(search, image)
         move = np.where(curvature > 0, power / np.where(curvature > 0, curvature, 1.0), 0.0)
         move = move.astype(right.dtype)
@@ -163,38 +159,38 @@ def _conjugate_gradients(matrix, left, side: np.ndarray, right: np.ndarray, goal
 
 
 def _product(matrix, x: np.ndarray) -> np.ndarray:
-    """S x (n_patches, k) of a symmetric matrix, a dense one the way that takes it least: few columns one by
-    one, in double precision from the left."""
+    """S x (n_patches, k) of a symmetric matrix, in the order of factors that is fastest for a dense one."""
     if not isinstance(matrix, np.ndarray):
         return matrix @ x
-    if x.shape[1] < COLUMNS_OF_A_MATRIX_PRODUCT:
+    if x.shape[1] < 4:  # fewer columns are faster one by one
         return np.stack([matrix @ column for column in x.T], axis=1)
     return np.ascontiguousarray((x.T @ matrix).T) if x.dtype == np.float64 else matrix @ x
 
 
 def _in_lines(a: np.ndarray) -> np.ndarray:
-    """In single precision, columns of 0 added until a row is of whole cache lines, where it is longer than
-    one: a row is then gathered a fifth faster, and dense products take two thirds."""
+    """The array in single precision, with columns of 0 so that each row fills whole lines of the processor's
+    cache: rows are then gathered a fifth faster, and dense products take two thirds of the time."""
     rows, columns = a.shape
-    wide = columns if columns < CACHE_LINE else -(-columns // CACHE_LINE) * CACHE_LINE
-    memory = np.zeros(rows * wide + CACHE_LINE, dtype=np.float32)
-    first = -memory.ctypes.data % (4 * CACHE_LINE) // 4
+    line = 16  # numbers of a cache line
+    wide = columns if columns < line else -(-columns // line) * line
+    memory = np.zeros(rows * wide + line, dtype=np.float32)
+    first = -memory.ctypes.data % (4 * line) // 4
     lines = memory[first:first + rows * wide].reshape(rows, wide)
     lines[:, :columns] = a
     return lines
 
 
 def _norm(a: np.ndarray) -> np.ndarray:
-    """Of columns (n_bands,)."""
+    """Norms of columns (n_bands,)."""
     return np.sqrt(_dot(a, a))
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Inner products of columns (n_bands,), added up in double precision."""
     total = np.zeros(a.shape[1])
-    for start in range(0, len(a), ROWS_PER_SLICE):
-        part = slice(start, start + ROWS_PER_SLICE)
-        total += np.einsum("ij,ij->j", a[part], b[part])
+    step = 1 << 12
+    for start in range(0, len(a), step):
+        total += np.einsum("ij,ij->j", a[start:start + step], b[start:start + step])
     return total
 
 

@@ -1,7 +1,7 @@
-"""What a ray meets: the only user of Embree, whose numbers are in single precision.
+"""What a ray meets. This is the only user of Embree, whose numbers are in single precision.
 
-The scene is moved to its middle and scaled to unit size in float64 before it is cast, so tolerances
-are relative and a room of 1 mm or 10 km, or one far from the origin, behaves alike.
+The scene is moved to its middle and scaled to unit size in float64 before rays are cast, so tolerances are
+relative: a room of 1 mm or 10 km, or one far from the origin, behaves alike.
 """
 
 from dataclasses import dataclass
@@ -15,17 +15,18 @@ from renderer.scene.scene import STAND_OFF
 from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.mesh.mesh import Mesh
 
-NOTHING, INSIDE = -1, -2
-"""What a ray met when it met no patch: nothing at all, or the back of a surface (it started
-inside a solid or outside the room)."""
+NOTHING, COVERED = -1, -2
+"""Results of a ray that meets no patch: it leaves the scene, or it meets the back of a surface, since it
+started inside a solid or outside the room."""
 
 
 @dataclass
 class RayScene:
-    """Rays through the patches of one mesh. `rays` counts those cast.
+    """Rays through the patches of one mesh.
 
-    Patches that are covered up (a crate's foot and the floor under it) are left out: two surfaces
-    in one place would be met in either order. `exposed` (n_patches,) tells which remain.
+    rays : number of rays cast
+    exposed : (n_patches,) whether a patch takes part. Covered patches, such as a crate's foot and the floor
+        under it, are left out: two surfaces in one place would be met in either order.
     """
 
     mesh: Mesh
@@ -51,8 +52,8 @@ class RayScene:
         patch = np.concatenate([front, front[quads]])
         twin = mesh.twin[patch]
         self._normal = mesh.normal[patch].astype(np.float32)
-        backs = np.where((twin >= 0) & self.exposed[twin], twin, INSIDE)
-        self._of_face = np.concatenate([np.where(self.exposed[patch], patch, INSIDE), backs])
+        backs = np.where((twin >= 0) & self.exposed[twin], twin, COVERED)
+        self._of_face = np.concatenate([np.where(self.exposed[patch], patch, COVERED), backs])
         self._patches = _embree(triangles)
 
     def _cast(self, points: np.ndarray) -> np.ndarray:
@@ -63,9 +64,9 @@ class RayScene:
             self.rays += n
 
     def first_hit(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """The patch that each ray meets first (k,), or NOTHING, or INSIDE.
+        """The patch that each ray meets first (k,), or NOTHING, or COVERED.
 
-        origins : (k, 3) [m], already off their surface; directions : (k, 3), any length.
+        origins : (k, 3) [m], already off their surface; directions : (k, 3), of any length
         """
         n = len(origins)
         patch = np.full(n, NOTHING, dtype=np.int64)
@@ -84,7 +85,7 @@ class RayScene:
         return patch
 
     def clear(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """Whether nothing stands between points off their surface (k, …, 3) and their targets (k, …)."""
+        """Whether nothing stands between points off their surface (k, …, 3) [m] and their targets (k, …)."""
         free = np.empty(np.broadcast_shapes(origins.shape, targets.shape)[:-1], dtype=bool)
 
         def work(start: int, stop: int) -> None:
@@ -96,8 +97,11 @@ class RayScene:
         return free
 
     def _free(self, origins: np.ndarray, reach: np.ndarray, distance2: np.ndarray) -> np.ndarray:
-        """Whether nothing stands between origins (…, 3), already cast, and what lies `reach` (…, 3) away;
-        distance2 : (…) the square of that. `reach` is written over."""
+        """Whether nothing stands between origins (…, 3) and what lies `reach` (…, 3) away, both in units of
+        the cast scene; `reach` is overwritten.
+
+        distance2 : (…) squared length of `reach`
+        """
         self._count(distance2.size)
         if self._between is None:
             return np.ones(distance2.shape, dtype=bool)
@@ -108,10 +112,11 @@ class RayScene:
         return (met != 0).reshape(distance2.shape)
 
     def between(self, first: np.ndarray, second: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, ...]:
-        """What rays between points all over pairs of patches (k,) bring, as by `exchanged` but for a factor;
-        and what of it gets past what stands between; both (k, rays).
+        """Exchange by rays between points all over pairs of patches, as by `exchanged` but for a factor: with
+        nothing between, and what gets past what stands there; both (k, rays).
 
-        square : (4, k, rays) points of the unit hypercube, in single precision as all that is done here
+        first, second : (k,) patches
+        square : (4, k, rays) points of the unit hypercube, in single precision, like all numbers here
         """
         s, t, p, q = square
         for patch, one, other in ((first, s, t), (second, p, q)):
@@ -139,12 +144,12 @@ class RayScene:
         return worth, worth * self._free(origins, reach, distance2)
 
     def off(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Points (k, 3) lifted off their surface so that rays may start there."""
+        """Points (k, 3) [m] lifted off their surface, where rays may start."""
         return points + STAND_OFF * self.mesh.scale * normals
 
 
 def _fold(triangular: np.ndarray, s: np.ndarray, t: np.ndarray) -> None:
-    """Turn points of the unit square (k, rays) on triangles back into them."""
+    """Turn points of the unit square (k, rays) past the diagonal of triangles back, in place."""
     rows = np.flatnonzero(triangular)
     if len(rows):
         one, other = s[rows], t[rows]
@@ -153,7 +158,7 @@ def _fold(triangular: np.ndarray, s: np.ndarray, t: np.ndarray) -> None:
 
 
 def _embree(triangles: np.ndarray) -> tuple[EmbreeScene, TriangleMesh] | None:
-    """Embree's scene of triangles (k, 3, 3), and what keeps them; None of none."""
+    """Embree's scene of triangles (k, 3, 3), and the object that holds them; None where there are none."""
     if not len(triangles):
         return None
     scene, faces = EmbreeScene(), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Low-discrepancy points, one independent randomisation for each patch, point or pixel."""
+"""Low-discrepancy points, with an independent randomisation for each patch, point or pixel."""
 
 import csv
 from enum import IntEnum
@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-BITS, SINGLE = 30, 23
-"""Of a coordinate; and in single precision, where a half is added to the last."""
+BITS, SINGLE_BITS = 30, 23
+"""Bits of a coordinate; and in single precision, where half of the last bit is added."""
 REPLICAS = 8
-"""Independent replicas that whatever is sampled is drawn in; how far they differ is the sampling error."""
+"""Number of independent repeats of whatever is sampled; their spread tells the sampling error."""
 
 
 class Stream(IntEnum):
@@ -35,10 +35,11 @@ class Stream(IntEnum):
 
 
 class Nets:
-    """Nets of `n` points in [0, 1)^dimensions, each a Sobol net with a digital shift of its own.
+    """Nets of n points in [0, 1)^dimensions, each a Sobol net with a digital shift of its own.
 
-    n : a power of 2; replicas : independent nets of n points in each draw. Equal seeds give equal nets.
-    (Sobol 1967; the shift makes them independent, so that their errors average out and can be measured.)
+    n : a power of 2; replicas : independent nets of n points in each draw
+    Equal seeds give equal nets. The shifts make nets independent (Sobol 1967), so that their errors average
+    out and can be measured.
     """
 
     def __init__(self, n: int, dimensions: int, seed: tuple[int, ...], replicas: int = 1):
@@ -46,22 +47,22 @@ class Nets:
         self._nets = _scrambled(n, dimensions, seed, replicas)
 
     def draw(self, start: int, stop: int) -> np.ndarray:
-        """Nets for items start to stop (stop − start, replicas · n, dimensions): alike for equal `start`,
+        """Nets for items start to stop (stop − start, replicas · n, dimensions): equal for equal `start`,
         whichever core asks first."""
         replicas, n, dimensions = self._nets.shape
         shifted = (self._nets ^ self._shift(start, stop)).reshape(stop - start, replicas * n, dimensions)
         return shifted * 2.0**-BITS + 2.0 ** -(BITS + 1)
 
     def coordinates(self, start: int, stop: int) -> np.ndarray:
-        """The same by coordinate (dimensions, stop − start, replicas · n), in single precision."""
+        """Nets by coordinate (dimensions, stop − start, replicas · n), in single precision."""
         replicas, n, dimensions = self._nets.shape
         nets, shift = (np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in (
             self._nets, self._shift(start, stop)))
         shifted = nets[:, None] ^ shift
-        shifted >>= BITS - SINGLE
+        shifted >>= BITS - SINGLE_BITS
         square = shifted.reshape(dimensions, stop - start, replicas * n).astype(np.float32)
         square += 0.5
-        square *= 2.0**-SINGLE
+        square *= 2.0**-SINGLE_BITS
         return square
 
     def _shift(self, start: int, stop: int) -> np.ndarray:
@@ -72,7 +73,7 @@ class Nets:
 
 @lru_cache(maxsize=64)
 def _scrambled(n: int, dimensions: int, seed: tuple[int, ...], replicas: int) -> np.ndarray:
-    """Scrambled nets (replicas, n, dimensions), in units of 2**-BITS: every meter of a room has the same.
+    """Scrambled nets (replicas, n, dimensions), in units of 2**-BITS, kept for all meters of a room.
 
     Each of n = 2**m points is the sum modulo 2 of the direction numbers that its index names; these are
     scrambled by a random lower triangular matrix for each dimension (J. Matoušek, J. Complexity 14, 1998).
@@ -111,10 +112,10 @@ def _directions() -> np.ndarray:
 
 
 def cosine_directions(square: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Directions (k, n, 3) with density cos θ / π, from points of the unit square (k, n, 2), in single
-    precision, which is Embree's.
+    """Directions (k, n, 3) with density cos θ / π, from points of the unit square (k, n, 2), in Embree's
+    single precision.
 
-    frames : (k, 3, 3), the last row of each the axis θ is counted from.
+    frames : (k, 3, 3), the last row of each the axis of θ
     """
     local = np.empty((*square.shape[:-1], 3), dtype=np.float32)
     radius, angle = np.sqrt(square[..., 0]), (2 * np.pi * square[..., 1]).astype(np.float32)
