@@ -80,18 +80,20 @@ luminance = 1000
 
 
 def box_room(folder: Path, rest: str = PANEL, size=(4, 4, 3), rho: float = 0.5, faces: str = "",
-             shape: str = "") -> Scene:
+             shape: str = "", paint: str = "") -> Scene:
     """A room written as a scene file and read as users' files are.
 
     folder : where to write it; rest : more tables, as TOML; faces : lines of [room] that give some faces
     another material ("black", "white"); shape : lines that give the room's shape, else `size`
+    paint : the keys of its material, else `rho`
     """
     shape = shape or f"size = [{', '.join(repr(float(x)) for x in size)}]"
     named = {line.split("=")[0].strip() for line in faces.splitlines()}
     plain = [f'{key} = "paint"' for key in ("floor", "walls", "ceiling") if key not in named]
+    finish = paint or f"reflectance = {rho!r}"
     path = folder / f"room{len(list(folder.glob('room*.toml')))}.toml"
     path.write_text("\n".join(["[room]", shape, faces, *plain, "[materials]",
-                               f"paint = {{reflectance = {rho!r}}}", "black = {reflectance = 0.0}",
+                               f"paint = {{{finish}}}", "black = {reflectance = 0.0}",
                                "white = {reflectance = 1.0}", rest]))
     return load(path)
 

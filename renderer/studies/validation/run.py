@@ -5,13 +5,15 @@ import tempfile
 from pathlib import Path
 
 from renderer.solving.transport_store import Progress
-from renderer.studies.validation import colours, extremes, photometry
+from renderer.studies.validation import colours, extremes, lines, photometry
 from renderer.studies.validation.cases import Case, markdown
+from renderer.studies.validation.exact.cases import below_an_uplight, exact_rooms
 from renderer.system.files import whole_file
 
 ORACLES = (photometry.form_factors, photometry.cie_171, photometry.closed_rooms, photometry.sphere,
-           photometry.planes, photometry.furnace, colours.planck, colours.daylight, colours.colorimetry,
-           colours.alpha_opic)
+           photometry.planes, photometry.furnace, below_an_uplight, exact_rooms, colours.planck,
+           colours.daylight, colours.colorimetry, colours.alpha_opic, lines.lines_of_light,
+           lines.published_colours)
 
 EXTREMES = (extremes.reflectances, extremes.sizes, extremes.lamps_and_meters, extremes.objects,
             extremes.meshes_and_spectra, extremes.single_precision)

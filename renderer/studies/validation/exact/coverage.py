@@ -36,6 +36,7 @@ def read(seed: int, kind: str | None, accuracy: float, folder: Path, solver_seed
     room = exact_room(seed, kind)
     path = folder / f"exact{seed}.toml"
     path.write_text(room.text)
+    (folder / "sheet.obj").write_text(room.sheet)
     readings = solve(load(path), "rgb", accuracy, solver_seed).photometers()
     got, bar, direct = np.array([[r.total_lx, r.uncertainty, r.direct_lx] for r in readings]).T
     lit = room.truths > DARK * room.truths.max()

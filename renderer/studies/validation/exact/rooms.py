@@ -1,11 +1,11 @@
 """Rooms drawn at random whose readings are known exactly, as scene files a user might have written."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from renderer.studies.validation.exact.geometry import box, normal_of
+from renderer.studies.validation.exact.geometry import Body, box, normal_of
 from renderer.studies.validation.exact.many_bounces import ParallelFaces
 from renderer.studies.validation.exact.one_bounce import Lamp, OneBounce
 
@@ -19,12 +19,14 @@ DISC_CORNERS = 64
 class ExactRoom:
     """A scene file and what its photometers read.
 
-    kind : of room; text : the scene file; truths : (k,) [lx]
+    kind : of room; text : the scene file; truths : (k,) [lx]; sheet : of the file sheet.obj beside it, if
+    any
     """
 
     kind: str
     text: str
     truths: np.ndarray
+    sheet: str = ""
 
 
 def exact_room(seed: int, kind: str | None = None) -> ExactRoom:
@@ -182,6 +184,30 @@ def _white_box(random, kind: str) -> ExactRoom:
     return _written(kind, size, lamp, room, _meters(random, size, (body,), lamp), {"thing": rho}, boxes)
 
 
+def _sheet(random, kind: str) -> ExactRoom:
+    """A tilted sheet without thickness: black before a bright face, or itself bright on both sides."""
+    size = _size(random)
+    flat, up = random.integers(2, size=2)
+    lamp = _flat(random, size, bool(up)) if flat else _point(random, size, False)
+    while True:
+        u, v = random.normal(size=(2, 3)) * random.uniform(0.15, 0.35) * size.min()
+        sheet = random.uniform(0.1, 0.9, 3) * size + [0 * u, u, u + v, v]
+        reach = (lamp.center[None] if lamp.outline is None else lamp.outline) - sheet[0]
+        height = reach @ normal_of(sheet)
+        inside = ((sheet > 0.05) & (sheet < size - 0.05)).all()
+        if inside and (height.min() > 0.1 or height.max() < -0.1):
+            break
+    body, rho = Body((sheet, sheet[::-1])), float(random.uniform(0.3, 0.95))
+    bright = "thing" if random.integers(2) else str(random.choice(FACES))
+    polygons = body.faces if bright == "thing" else (_face(size, bright),)
+    room = OneBounce(lamp, tuple((polygon, rho) for polygon in polygons), (body,))
+    written = _written(kind, size, lamp, room, _meters(random, size, (body,), lamp), {bright: rho}, [])
+    material = "thing" if bright == "thing" else "black"
+    lines = ["[[objects]]", 'mesh = "sheet.obj"', "position = [0, 0, 0]", f'material = "{material}"']
+    obj = [f"v {x!r} {y!r} {z!r}" for x, y, z in sheet.tolist()] + ["f 1 2 3 4"]
+    return replace(written, text=written.text + "\n".join(lines) + "\n", sheet="\n".join(obj) + "\n")
+
+
 def _to_and_fro(random, kind: str) -> ExactRoom:
     """Floor and ceiling, or two walls, that reflect between black walls, under a point lamp."""
     size = random.uniform([2.5, 2.5, 2.2], [5, 5, 4])
@@ -236,6 +262,7 @@ KINDS: dict[str, Callable[[np.random.Generator, str], ExactRoom]] = {
     "to and fro": _to_and_fro,
     "corner": _corner,
     "furnace": _furnace,
+    "sheet": _sheet,
 }
 """Rooms by kind, each drawn from a random generator."""
 

@@ -1,0 +1,79 @@
+"""Light in lines, and the numbers of lamps that CIE publishes."""
+
+from pathlib import Path
+
+from renderer.colour.bands import K_M
+from renderer.colour.lamps import illuminant, power_at_1_nm
+from renderer.colour.tables import cie_1931
+from renderer.readings.colorimetry import colour_of
+from renderer.readings.rendering import black_body
+from renderer.solving.solution import solve
+from renderer.studies.spectrum import lamp_record, resolve
+from renderer.studies.validation.cases import Case, box_room, meter
+
+SHARE_446 = 0.420600
+"""Of the lumens of two lines of powers 1 (446 nm) and 0.5 (654 nm): V(446)/(V(446) + 0.5 V(654))."""
+WHITES = {"A": (0.44758, 0.40745), "D50": (0.3457, 0.3585), "D65": (0.3127, 0.3290),
+          "FL2": (0.3721, 0.3751), "FL7": (0.3129, 0.3292), "FL11": (0.3805, 0.3769), "HP1": (0.5330, 0.4150),
+          "LED-B3": (0.3756, 0.3723), "LED-V1": (0.4548, 0.4044), "LED-RGB1": (0.4557, 0.4211)}
+"""Chromaticities x, y (CIE 1931) of CIE 015:2018, tables 6 to 12."""
+GENERAL_INDICES = {"FL1": 76, "FL2": 64, "FL4": 51, "FL7": 90, "FL8": 95, "FL11": 83}
+"""R_a of CIE 015:2018, table 8, whole numbers."""
+
+
+def lines_of_light(folder: Path) -> list[Case]:
+    """Lumens of a line go by V at its wavelength; lamps of several lines are lamps of one line each."""
+    v, rows = cie_1931()[1][:, 1], []
+    for nm in (446, 555, 589, 654):
+        _line(folder, nm)
+        got = lamp_record(resolve(str(folder / f"l{nm}.csv"), True))["luminous_efficacy_lm_W"]
+        # A triangle of 1 nm: V's curvature over half a nm.
+        rows.append(Case("Light in lines", f"{nm} nm", "luminous efficacy", K_M * v[nm - 360], got,
+                         5e-4 * K_M * v[nm - 360], "lm/W", "K_m V(λ); light is linear in its lamps"))
+    _line(folder, 446, 654, powers=(1.0, 0.5), name="two.csv")
+    (folder / "step.csv").write_text("400,0.1\n580,0.1\n600,0.7\n700,0.7\n")
+    one = _read(folder, 'spectrum = "step.csv"', {"two.csv": 1000.0})
+    apart = {"l446.csv": 1000 * SHARE_446, "l654.csv": 1000 * (1 - SHARE_446)}
+    two = _read(folder, 'spectrum = "step.csv"', apart)
+    grey = [_read(folder, f"reflectance = {rho}", {"l446.csv": 1000.0}) for rho in (0.1, 0.7)]
+    for name, a, b, low, high in zip(("facing down", "facing up"), one, two, *grey, strict=True):
+        mixed = SHARE_446 * low + (1 - SHARE_446) * high
+        for other, expected in (("of two lamps of one line", b), ("of two grey rooms", mixed)):
+            # Rounding of factors in single precision, which differs from band to band.
+            rows.append(Case("Light in lines", f"one lamp of two lines, {name}", f"total, {other}", expected,
+                             a, 2e-6 * expected, "lx"))
+    return rows
+
+
+def _line(folder: Path, *nm: int, powers=(1.0,), name: str = "") -> None:
+    text = "".join(f"{at - 0.5},0\n{at},{power}\n{at + 0.5},0\n"
+                   for at, power in zip(nm, powers, strict=True))
+    (folder / (name or f"l{nm[0]}.csv")).write_text(text)
+
+
+def _read(folder: Path, paint: str, lamps: dict[str, float]) -> list[float]:
+    """Illuminance [lx] of two meters in a room of one paint, lit by points of spectra and lumens."""
+    points = "".join(f'\n[[luminaires]]\nshape = "point"\ncenter = [2, 2, 2]\nflux = {flux!r}\n'
+                     f'spectrum = "{file}"\n' for file, flux in lamps.items())
+    meters = meter(2, 2, 1, normal=(0, 0, -1)) + meter(1, 2, 1)
+    scene = box_room(folder, points + meters, paint=paint)
+    return [reading.total_lx for reading in solve(scene, "31", 0.05).photometers()]
+
+
+def published_colours(_folder: Path) -> list[Case]:
+    """Chromaticities and R_a of CIE's lamps; black bodies however cold render perfectly."""
+    rows = []
+    for name, published in WHITES.items():
+        record = colour_of(power_at_1_nm(illuminant(name, "")))
+        for axis, expected, got in zip("xy", published, record["xy"], strict=True):
+            rows.append(Case("Lamps of CIE 015", name, axis, expected, got, 1e-4, source="CIE 015:2018"))
+    for name, published in GENERAL_INDICES.items():
+        got = colour_of(power_at_1_nm(illuminant(name, "")))["cri_ra"]
+        # Printed as whole numbers; sums at 5 nm, as in 1995, and at 1 nm differ by up to 0.05.
+        rows.append(Case("Lamps of CIE 015", name, "R_a", published, got, 0.55))
+    for kelvin in (1000.0, 1200.0, 1667.0, 4000.0):
+        record = colour_of(black_body(kelvin))
+        name = f"black body, {kelvin:g} K"
+        rows.append(Case("Lamps of CIE 015", name, "CCT", kelvin, record["cct_K"], 1e-5 * kelvin, "K"))
+        rows.append(Case("Lamps of CIE 015", name, "R_a", 100.0, record["cri_ra"], 1e-2))
+    return rows
