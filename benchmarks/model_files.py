@@ -67,14 +67,13 @@ def area_error(file) -> float:
     height = np.abs(np.einsum("ki,ki->k", offset, np.repeat(normals, file.sizes, axis=0)))
     size = np.maximum.reduceat(np.linalg.norm(offset, axis=1), starts)
     flat = np.maximum.reduceat(height, starts) < FLAT * size
-    flat &= (file.sizes <= 4) | np.array([_simple(file, k) for k in range(len(file.sizes))])
+    apart = np.flatnonzero(flat & (np.abs(own - length) > FLAT * own))
+    flat[apart] = [_simple(file, k) for k in apart]
     return float(abs(own[flat].sum() / length[flat].sum() - 1)) if length[flat].sum() > 0 else 0.0
 
 
 def _simple(file, index: int) -> bool:
-    """Whether a polygon of more than four corners does not cross itself."""
-    if file.sizes[index] <= 4:
-        return False
+    """Whether a polygon does not cross itself."""
     import shapely
 
     start = file.sizes[:index].sum()

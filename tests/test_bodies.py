@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 import renderer
-from renderer.cli.terminal import doubts
 from renderer.colour.materials import Material
+from renderer.scene.doubts import doubts
 from renderer.scene.scene import Body
 from renderer.solving.plan import make_plan
 from renderer.transport.mesh.build import build_mesh

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from renderer.cli.options import Output, Solving
-from renderer.cli.terminal import doubts, show, tell
+from renderer.cli.terminal import show, tell
 
 cache = App(name="cache", help="Form factors kept between runs: what there is, and how to be rid of it.",
           help_format="plaintext")
@@ -25,6 +25,7 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
         Print one JSON object instead of a table.
     """
     from renderer.readings.likely_rgb_error import likely_rgb_error
+    from renderer.scene.doubts import doubts
     from renderer.scene.reading import load
     from renderer.solving.forecast import forecast
 

@@ -10,10 +10,6 @@ from pathlib import Path
 
 from renderer.system.text import CsvWriter, visible
 
-NOTHING_ESCAPES = 1e-6
-"""Share of the lumens that may get out of a room without a word: what single precision lets through."""
-OFFICE_PANEL, MAX_LUMENS_UNASKED = 4000.0, 2e6
-"""Lumens of an office panel; and of a luminaire from which a scene is asked about: a stadium has 2e5."""
 UNEQUAL, UNBALANCED = 0.5, 1e-6
 """Errors of reciprocity and energy balance past which a run warns."""
 NOT_REACHED = ("warning: {scene}: the reading {name!r} is {value:.4g} ± {got:.2g} {unit}, not the "
@@ -79,24 +75,15 @@ def warn(solution, figures: list, asked: float) -> None:
     fixed = solution.scene.solver.patch_size
     why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
     why = "the time until the interruption allows" if solution.watch.stopped else why
-    from renderer.records.json_records import escaped
+    from renderer.records.escape import escapes
     from renderer.solving.measure import stray_light
 
     for f in figures:
         if f.uncertainty > asked * f.value:
             say(NOT_REACHED.format(scene=solution.scene.title, name=f.name, asked=asked, value=f.value,
                                    unit=f.unit, got=f.uncertainty, why=why))
-    for hole in escaped(solution):
-        if hole["escaping_lm"] < NOTHING_ESCAPES * sum(lum.lumens for lum in solution.scene.luminaires):
-            continue
-        if any(body.of_room for body in solution.scene.bodies):
-            say(f"warning: {solution.scene.title}: {hole['escaping_lm']:.4g} lm get out between the faces of "
-                "the room's mesh, through gaps and openings; close those that are none.")
-            continue
-        at = ", ".join(f"{x:.4g}" for x in hole["middle"])
-        say(f"warning: {solution.scene.title}: the room is open: {hole['escaping_lm']:.4g} lm escape "
-             f"through {hole['name']!r}, {hole['area_m2']:.3g} m² around [{at}]; close it in the mesh if it "
-             "is no window.")
+    for sentence in escapes(solution, figures):
+        say(f"warning: {solution.scene.title}: {sentence}")
     exchange, mesh = solution.transport.exchange, solution.transport.mesh
     stray, surface = stray_light(solution)
     moved = [f for f in figures if f.unit == "lx" and stray * f.value > f.uncertainty]
@@ -116,19 +103,13 @@ def warn(solution, figures: list, asked: float) -> None:
              f"absorbed nor left, most of it at {surface!r}; is its reflectance nearly 1?")
 
 
-def doubts(scene) -> list[str]:
-    """What of a scene is likely a slip of the pen, in sentences."""
-    return [f"luminaires {lum.name!r} gives {lum.lumens:.3g} lm, as much as {lum.lumens / OFFICE_PANEL:.2g} "
-            "office panels; check its flux or luminance, and the units of its size"
-            for lum in scene.luminaires if lum.lumens > MAX_LUMENS_UNASKED]
-
-
 def warn_before(scene, accuracy: float | None, bands: str | None = None) -> None:
     """Say on stderr, before the work, what is wrong with its files and what it cannot promise.
 
     bands : those that it will be solved in; None for the scene's own
     """
     from renderer.readings.likely_rgb_error import likely_rgb_error
+    from renderer.scene.doubts import doubts
     from renderer.solving.plan import make_plan
 
     for fault in [*scene.faults, *doubts(scene)]:
@@ -143,9 +124,11 @@ def warn_before(scene, accuracy: float | None, bands: str | None = None) -> None
 
 
 def show_files(scene) -> None:
-    """Say on stdout how model files were read, and which colours are theirs."""
-    for sentence in scene.files:
-        print(f"{sentence}.")
+    """Say on stdout how model files were read, which colours are theirs, and what takes no part."""
+    from renderer.solving.plan import taking_no_part
+
+    for sentence in [*scene.files, *taking_no_part(scene)]:
+        print(f"{sentence[0].upper()}{sentence[1:]}.")
 
 
 def show_laws(solutions: list) -> None:

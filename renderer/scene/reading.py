@@ -20,7 +20,16 @@ from renderer.scene.grids import make_grids
 from renderer.scene.lighting import resolve_luminaires
 from renderer.scene.objects import colours_said, place_object
 from renderer.scene.project import ProjectTable, checked_requirements
-from renderer.scene.room import Room, box_room, outline_room, refuse_place_outside, spelt, winding
+from renderer.scene.room import (
+    INSIDE_TOLERANCE,
+    Room,
+    box_room,
+    outline_room,
+    outside,
+    refuse_place_outside,
+    spelt,
+    winding,
+)
 from renderer.scene.room_of_file import room_of_file
 from renderer.scene.scene import STAND_OFF, Body, Scene
 from renderer.scene.schema import MaterialTable, SceneTable
@@ -166,7 +175,8 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
         if (low <= lowest).all() and (high >= highest).all():
             raise InputError(f"{where} {entry.name!r} fills the whole room, from {spelt(low)} to "
                              f"{spelt(high)}. Make it smaller.")
-        if (high <= lowest).any() or (low >= highest).any() or _apart(mesh, room):
+        on = 0.0 if all(body.closed for body in placed.bodies) else INSIDE_TOLERANCE * room.scale
+        if (high + on <= lowest).any() or (low - on >= highest).any() or _apart(mesh, room, on):
             raise InputError(f"{where} {entry.name!r} lies wholly outside the room, from "
                              f"{spelt(low)} to {spelt(high)}; the room reaches from {spelt(lowest)} "
                              f"to {spelt(highest)}. Move it.")
@@ -257,12 +267,13 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names if len(names) <= 8 else [*names[:4], "…", names[-1]])
 
 
-def _apart(solid: trimesh.Trimesh, room: Room) -> bool:
-    """Whether no place on a solid is in a room, for bounds that overlap."""
-    vertices, faces = solid.vertices, solid.faces
+def _apart(object_: trimesh.Trimesh, room: Room, on: float) -> bool:
+    """Whether no place on an object is in a room, for bounds that overlap; places as near to its surface as
+    `on` [m], as those of a rug, are in it."""
+    vertices, faces = object_.vertices, object_.faces
     if (winding(vertices[:1], room.shell) >= 0.5).any():
         return False
     while len(faces) < 200:
         vertices, faces = trimesh.remesh.subdivide(vertices, faces)
     points = np.concatenate([vertices, vertices[faces].mean(axis=1)])
-    return bool((winding(points, room.shell) < 0.5).all())
+    return bool(outside(points, room.shell, on).all())

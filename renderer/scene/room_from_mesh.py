@@ -18,7 +18,7 @@ from renderer.scene.mesh_files import (
     oriented,
     read_mesh,
 )
-from renderer.scene.room import Opening, Room, outside, spelt
+from renderer.scene.room import INSIDE_TOLERANCE, Opening, Room, outside, spelt
 from renderer.scene.surface_names import FACINGS, surface_names
 
 
@@ -143,6 +143,11 @@ def _inward(mesh: LabelledMesh, body: np.ndarray, path: Path, where: str) -> Lab
     others = np.delete(np.arange(len(volume)), outer)
     for other in others:
         spot = mesh.vertices[mesh.faces[body == other][0]].mean(axis=0)
+        corners = mesh.vertices[np.unique(mesh.faces[body == other])]
+        out = outside(corners, enclosing, INSIDE_TOLERANCE * scale)
+        if out.any() and not out.all():
+            raise InputError(f"{where}: {path.name} holds a closed surface that crosses the room's, at "
+                             f"{spelt(corners[out][0])} m. Join them in the modeller, or move it.")
         if outside(spot[None], enclosing, 1e-9 * scale)[0]:
             raise InputError(f"{where}: {path.name} holds a closed surface outside the room's, at "
                              f"{spelt(spot)} m; a file holds one room and what stands in it. Export them "

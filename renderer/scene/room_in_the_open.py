@@ -67,6 +67,11 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
         room = Room({name: flat_parts(_mesh(model, faces[own & (names == name)]), scale)
                      for name in dict.fromkeys(names[own].tolist())}, colours=colours)
         rest = ~own & ((solid < 0) | np.isin(solid, solid[_within(corners, room.shell)]))
+        _refuse_crossed(corners[own], corners[rest & (solid >= 0)], places, f"{where}: {model.file}")
+        if model.heap.contacts > 0:
+            shared = model.heap.contacts / 2
+            said.append(f"{model.file}: faces that its closed surfaces share, {shared:.3g} m², are "
+                        "left out, so that what they close off is open to each other")
     else:
         room = replace(_box_around(model.bounds, scale), colours=colours)
         rest = np.ones(len(faces), dtype=bool)
@@ -122,6 +127,15 @@ def _chosen(model: Model, places: np.ndarray, inside: np.ndarray | None, where: 
                          for k in chosen)
     how = "room.inside is in" if inside is not None else "luminaires and meters are in"
     return given, heap, [f"{_listed(model, found)}; {how} {which}"]
+
+
+def _refuse_crossed(own: np.ndarray, solids: np.ndarray, places: np.ndarray, what: str) -> None:
+    """Raise InputError where places (k, 3) in a room's surface (n, 3, 3) are in it twice, or in another
+    closed surface (m, 3, 3)."""
+    depth = np.abs(winding(places, own)) - (winding(places, solids) if len(solids) else 0.0)
+    if (depth > 1 + ON_SURFACE).any():
+        raise InputError(f"{what} has two closed surfaces that cross about {spelt(places[depth.argmax()])}; "
+                         "one is the room, and what is in the other is solid. Join them in the modeller.")
 
 
 def _within(corners: np.ndarray, shell: np.ndarray) -> np.ndarray:

@@ -141,15 +141,19 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
         reasons.append(f"in the way: {', '.join(in_the_way)}: visibility by rays" if in_the_way
                        else "too many patches for a dense operator: rays")
         rays = _rays(count, accuracy)
-    of_bodies = zip(scene.bodies, scene.exposed[len(scene.room.surfaces):], strict=True)
-    sunk = [body.name for body, own in of_bodies if own.parts is not body.parts and not body.of_room]
-    if sunk:
-        reasons.append(f"what of {', '.join(dict.fromkeys(sunk))} is inside another object, outside the "
-                       "room or there twice takes no part")
+    reasons += taking_no_part(scene)
     if len(free) < len(scene.faces):
         reasons.append("luminaires mounted on a surface cover it; the light in a gap below "
                        f"{MAX_MOUNTING_GAP:.1%} of their size is left out")
     return Plan(h, rays, tuple(reasons), accuracy=accuracy)
+
+
+def taking_no_part(scene: Scene) -> list[str]:
+    """What objects are partly inside another or outside the room, in a sentence; none where none is."""
+    of_bodies = zip(scene.bodies, scene.exposed[len(scene.room.surfaces):], strict=True)
+    sunk = [body.name for body, own in of_bodies if own.parts is not body.parts and not body.of_room]
+    return [f"what of {', '.join(dict.fromkeys(sunk))} is inside another object, outside the room or there "
+            "twice takes no part"] if sunk else []
 
 
 def _rays(patches: float, accuracy: float) -> int:

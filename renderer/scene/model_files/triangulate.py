@@ -51,6 +51,7 @@ def triangles_of_polygons(vertices: np.ndarray, corners: np.ndarray, sizes: np.n
 
 def _quadrilaterals(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
     """Two triangles each (2k, 3) of quadrilaterals (k, 4), cut along the shorter of the diagonals inside."""
+    quads = _uncrossed(vertices, quads)
     a, b, c, d = vertices[quads].transpose(1, 0, 2)
     normal = np.cross(c - a, d - b)
 
@@ -66,6 +67,28 @@ def _quadrilaterals(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
     turn = np.where(both, lengths[1] < lengths[0] * (1 - 1e-9), other > one)
     turned = np.where(turn[:, None], np.roll(quads, -1, axis=1), quads)
     return turned[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+
+
+def _uncrossed(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """Quadrilaterals (k, 4), the corners of those whose sides cross in the order that goes round them."""
+    def area(order: np.ndarray) -> np.ndarray:
+        a, b, c, d = vertices[order].transpose(1, 0, 2)
+        return np.cross(c - a, d - b)
+
+    orders = [quads, quads[:, [0, 1, 3, 2]], quads[:, [0, 2, 1, 3]]]
+    areas = [area(order) for order in orders]
+    sizes = np.array([np.linalg.norm(each, axis=1) for each in areas])
+    a, b, c, d = vertices[quads].transpose(1, 0, 2)
+    crossed = _cross(a, b, c, d) | _cross(b, c, d, a)
+    best = np.where(crossed, sizes.argmax(axis=0), 0)
+    return np.stack(orders)[best, np.arange(len(quads))]
+
+
+def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Whether segments from a to b and from c to d (k, 3), about in one plane, cross within both (k,)."""
+    over, under = np.cross(b - a, c - a), np.cross(b - a, d - a)
+    left, right = np.cross(d - c, a - c), np.cross(d - c, b - c)
+    return (np.einsum("ki,ki->k", over, under) < 0) & (np.einsum("ki,ki->k", left, right) < 0)
 
 
 def _ear_clipped(ring: np.ndarray, normal: np.ndarray) -> np.ndarray:

@@ -1,0 +1,52 @@
+"""Light that leaves a room through holes of its mesh: how much, and what that does to the readings."""
+
+import numpy as np
+
+from renderer.records.json_records import escaped
+from renderer.solving.solution import Solution
+
+NOTHING_ESCAPES, LOCAL = 1e-6, 3.0
+"""Share of the lumens that may get out of a room without a word: what single precision lets through; and how
+many times the mean effect on readings one beside a hole may have."""
+
+
+def escapes(solution: Solution, figures: list) -> list[str]:
+    """What gets out through each hole and by how much that lowers readings, in sentences.
+
+    figures : the readings; holes that lower none of them in lx by as much as its bar are left out
+    """
+    scene, found = solution.scene, []
+    lumens = sum(lum.lumens for lum in scene.luminaires)
+    readings = [f for f in figures if f.unit == "lx"]
+    for hole in escaped(solution):
+        lower = loss(solution, hole["escaping_lm"])
+        if hole["escaping_lm"] < NOTHING_ESCAPES * lumens or (
+                readings and all(LOCAL * lower < f.uncertainty for f in readings)):
+            continue
+        effect = f"closed with the mean of the other surfaces readings rise by some {lower:.2g} lx"
+        if any(body.of_room for body in scene.bodies):
+            found.append(f"{hole['escaping_lm']:.4g} lm get out between the faces of the room's mesh, "
+                         f"through gaps and openings; {effect}. Close those that are none.")
+            continue
+        at = ", ".join(f"{x:.4g}" for x in hole["middle"])
+        found.append(f"the room is open: {hole['escaping_lm']:.4g} lm escape through {hole['name']!r}, "
+                     f"{hole['area_m2']:.3g} m² around [{at}]; {effect}. Close it in the mesh if it is no "
+                     "window.")
+    return found
+
+
+def loss(solution: Solution, lumens: float) -> float:
+    """By how much readings are lower [lx], in the mean of all surfaces, for lumens that get out.
+
+    Had these met the mean of the surfaces, the reflected part would spread as in an integrating sphere.
+    """
+    mesh, areas = solution.transport.mesh, solution.transport.exchange.areas
+    luminous = solution.bands.luminous
+    holes = {solution.scene.surface_names.index(hole.name) for hole in solution.scene.room.openings}
+    inner = ~np.isin(mesh.surface, list(holes))
+    arrives = areas * (solution.irradiance @ luminous) * inner
+    leaves = areas * (solution.radiosity @ luminous) * inner
+    if arrives.sum() <= 0:
+        return 0.0
+    rho = min(float(leaves.sum() / arrives.sum()), 1 - 1e-9)
+    return rho * lumens / (float(areas[inner].sum()) * (1 - rho))

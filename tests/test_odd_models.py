@@ -1,0 +1,103 @@
+"""Model files of kinds that go wrong in other programs: the right room, or one sentence."""
+
+import numpy as np
+import pytest
+import trimesh
+
+import renderer
+from renderer.records.escape import escapes
+from renderer.scene.doubts import doubts
+from renderer.scene.model_files.heap import areas, heap
+from renderer.scene.model_files.read import read_polygons
+from renderer.scene.model_files.weld import facets
+
+CORNERS = np.array([(0, 0, 0), (5, 0, 0), (5, 4, 0), (0, 4, 0),
+                    (0, 0, 2.7), (5, 0, 2.7), (5, 4, 2.7), (0, 4, 2.7)])
+FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+AREA = 2 * (5 * 4 + 5 * 2.7 + 4 * 2.7)
+
+
+@pytest.fixture
+def loaded(tmp_path):
+    def load(corners=CORNERS, faces=FACES, objects=(), lamp=(2.5, 2.0, 2.2), **keys):
+        write(tmp_path / "room.obj", corners, faces)
+        return renderer.load({
+            "room": {"mesh": "room.obj", "floor": "g", "walls": "g", "ceiling": "g", **keys},
+            "materials": {"g": {"reflectance": 0.5}}, "objects": list(objects),
+            "luminaires": [{"shape": "point", "center": list(lamp), "flux": 1000}],
+            "photometers": [{"position": [0.7, 0.7, 0.0]}]}, tmp_path)
+    return load
+
+
+def write(path, corners, faces):
+    path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in np.asarray(corners, dtype=float).tolist())
+                    + "".join("f " + " ".join(str(k + 1) for k in face) + "\n" for face in faces))
+
+
+def merged(*bounds):
+    mesh = trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds])
+    return mesh.vertices, mesh.faces
+
+
+@pytest.mark.parametrize("order", [(0, 2, 3, 1), (3, 1, 2, 0), (0, 1, 3, 2)])
+def test_a_quadrilateral_whose_sides_cross_has_its_corners_in_their_order_round_it(loaded, order):
+    assert loaded(faces=[order, *FACES[1:]]).room.area == pytest.approx(AREA, rel=1e-9)
+
+
+def test_crossing_sides_are_told_from_a_concave_corner(tmp_path):
+    arrow = np.array([(0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)])
+    write(tmp_path / "arrow.obj", arrow, [(0, 1, 2, 3)])
+    found = heap(facets(read_polygons(tmp_path / "arrow.obj", "")))
+    assert areas(found.vertices, found.faces).sum() == pytest.approx(1.0, rel=1e-12)  # two triangles of 1/2
+
+
+def test_a_rug_as_one_sheet_on_the_floor_is_in_the_room(loaded, tmp_path):
+    write(tmp_path / "rug.obj", [(1, 1, 0), (3, 1, 0), (3, 2, 0), (1, 2, 0)], [(0, 1, 2, 3)])
+    scene = loaded(objects=[{"name": "rug", "mesh": "rug.obj", "position": [0, 0, 0], "material": "g"}])
+    assert not scene.bodies[0].closed
+    with pytest.raises(renderer.InputError, match="'rug' lies wholly outside the room"):
+        loaded(objects=[{"name": "rug", "mesh": "rug.obj", "position": [0, 0, -0.1], "material": "g"}])
+
+
+def test_a_room_of_two_boxes_that_cross_about_the_lamp_is_refused(loaded):
+    corners, faces = merged([[0, 0, 0], [5, 2, 2.7]], [[0, 0, 0], [2, 4, 2.7]])
+    with pytest.raises(renderer.InputError, match=r"two closed surfaces that cross about \[1, 1, 2\.2\]"):
+        loaded(corners, faces, lamp=(1, 1, 2.2))
+
+
+def test_two_boxes_with_a_face_between_them_are_one_room_and_say_so(loaded):
+    corners, faces = merged([[0, 0, 0], [2.5, 4, 2.7]], [[2.5, 0, 0], [5, 4, 2.7]])
+    scene = loaded(corners, faces, lamp=(1.2, 2, 2.2))
+    assert scene.room.area == pytest.approx(AREA, rel=1e-9)
+    assert "faces that its closed surfaces share, 10.8 m², are left out" in scene.files[-1]
+
+
+def test_a_room_of_the_wrong_unit_is_doubted(loaded):
+    large = loaded(1000 * CORNERS)
+    assert "room.mesh is 5e+03 × 4e+03 × 2.7e+03 m; give room.units" in doubts(large)[0]
+    assert not doubts(loaded(1000 * CORNERS, units="mm"))
+    assert not doubts(loaded())
+
+
+def test_furniture_through_a_wall_is_doubted_and_a_sunk_foot_is_not(loaded):
+    def desk(x, z):
+        return loaded(objects=[{"name": "desk", "shape": "box", "position": [x, 1, z], "size": [1, 1, 1],
+                                "material": "g"}])
+    assert doubts(desk(4.4, 0)) == [
+        "objects 'desk' reaches 0.4 m out of the room; what is outside takes no part"]
+    assert not doubts(desk(2, -0.005))
+
+
+def test_a_hole_states_its_effect_in_lx_and_is_silent_below_the_bars(loaded):
+    solution = renderer.solve(loaded(faces=FACES[:5]), bands="rgb", accuracy=0.05)
+    readings = solution.photometers()
+    assert "187.4 lm escape through 'opening'" in escapes(solution, [r.figure for r in readings])[0]
+    whole = renderer.solve(loaded(), bands="rgb", accuracy=0.05).photometers()[0]
+    said = float(escapes(solution, [])[0].split("some ")[1].split(" lx")[0])
+    # Of a mean over all surfaces, at one place of them.
+    assert said == pytest.approx(whole.total_lx - readings[0].total_lx, rel=0.7)
+    # A slit of 1 mm along a wall of 4 m, in a floor whose edge falls short of it.
+    short = np.vstack([CORNERS, [(4.999, 0, 0), (4.999, 4, 0)]])
+    slit = renderer.solve(loaded(short, [(0, 3, 9, 8), *FACES[1:]]), bands="rgb", accuracy=0.05)
+    assert not escapes(slit, [r.figure for r in slit.photometers()])
+    assert escapes(slit, [])
