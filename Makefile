@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow docs pictures gallery tradeoff validation examples study three clean site lowest dist
+.PHONY: compare test lint slow docs pictures gallery tradeoff validation held examples study three clean site lowest dist
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -19,7 +19,7 @@ lint: $(VENV)/tested
 
 # Every picture, table and printed example of the pages, some twenty minutes; the parts below
 # make some of it. The report's picture needs chromium. (validate --peers writes the table of peers.)
-docs: pictures gallery tradeoff validation examples
+docs: pictures gallery tradeoff validation held examples
 
 pictures: $(VENV)/tested
 	$(BIN)/python docs/pictures.py
@@ -31,6 +31,10 @@ validation: $(VENV)/installed
 	$(BIN)/renderer validate --quiet > /dev/null
 	$(BIN)/renderer validate --extremes --quiet > /dev/null
 	$(BIN)/python docs/insert.py
+
+# What was tried of untrusted input and surroundings, counted by the tests.
+held: $(VENV)/tested
+	$(BIN)/python docs/held.py
 
 # What commands print in the pages, and what the notebook shows.
 examples: $(VENV)/tested

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import difflib
+import os
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
 from math import isfinite
+from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -123,7 +125,7 @@ class Solution(Solved):
         >>> wall.value > 20 * wall.uncertainty > 0
         True
         """
-        if not (isinstance(angle, (int, float)) and NARROWEST <= angle <= WIDEST):
+        if not (_is_number(angle, Real) and NARROWEST <= angle <= WIDEST):
             raise InputError(f"angle is {quoted(angle)}; must be from {NARROWEST:g} to {WIDEST:g} degrees.")
         axis = cone(_direction(direction, "direction"), float(angle), self.scene.solver.seed)
         return mean_luminance(self, _vector(position, "position"), axis, str(name))
@@ -165,6 +167,11 @@ class Solution(Solved):
         light: xarray.Dataset = dataset(self)
         return light
 
+    def __reduce__(self) -> str:
+        """Say what to do instead: rays and locks of this process are of no use to another."""
+        raise TypeError("a Solution cannot be pickled or copied. Pickle its scene and solve that there, or "
+                        "keep its readings.")
+
     def _repr_html_(self) -> str:
         """A small picture, and the readings with error bars."""
         from renderer.pictures.notebook import html
@@ -185,7 +192,9 @@ def load(source: Source, folder: str | PathLike[str] = ".") -> Scene:
     ...                "luminaires": [{"shape": "point", "center": [2, 2, 2], "flux": 1000}]})
     Scene('Untitled room', 6 surfaces, 0 objects, 1 luminaires)
     """
-    return _scene(scene_reading.load(source, Path(folder)))
+    if not isinstance(folder, (str, PathLike)):
+        raise InputError(f"folder is {quoted(folder)}; must be the path of a folder.")
+    return _scene(scene_reading.load(source, Path(os.fsdecode(folder))))
 
 
 def solve(scene: Scene | Source, bands: str | None = None, accuracy: float | None = None,
@@ -215,12 +224,22 @@ def solve(scene: Scene | Source, bands: str | None = None, accuracy: float | Non
     if bands is not None and bands not in BAND_SETS:
         raise InputError(f"bands is {quoted(bands)}; {_near(bands, BAND_SETS)}"
                          f"Must be one of {', '.join(BAND_SETS)}.")
-    if accuracy is not None and not (isinstance(accuracy, (int, float)) and 1e-4 <= accuracy <= 0.5):
+    if accuracy is not None and not (_is_number(accuracy, Real) and 1e-4 <= accuracy <= 0.5):
         raise InputError(f"accuracy is {quoted(accuracy)}; must be from 0.0001 to 0.5: 0.01 is 1 %.")
-    if seed is not None and not (isinstance(seed, int) and 0 <= seed <= 2**62):
-        raise InputError(f"seed is {quoted(seed)}; must be a whole number, 0 or more.")
+    if seed is not None and not (_is_number(seed, Integral) and 0 <= seed <= 2**62):
+        raise InputError(f"seed is {quoted(seed)}; must be a whole number from 0 to 2^62.")
+    if store is not None and not isinstance(store, TransportStore):
+        raise InputError(f"store is {quoted(store)}; must be the store of another solution, or None.")
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress is {quoted(progress)}; must be a function of one text, or None.")
+    accuracy, seed = accuracy and float(accuracy), None if seed is None else int(seed)
     solved = solve_scene(ready, bands, accuracy, seed, store or ready._store, progress or _silent)
     return Solution(**{field.name: getattr(solved, field.name) for field in fields(solved)})
+
+
+def _is_number(given: object, kind: type) -> bool:
+    """Whether it is one number of that kind, NumPy's included; True and False are none."""
+    return isinstance(given, kind) and not isinstance(given, (bool, np.bool_))
 
 
 def _silent(step: str) -> None:
@@ -241,9 +260,11 @@ def _near(word: object, known: tuple[str, ...] | list[str]) -> str:
 def _vector(given: ArrayLike, name: str) -> np.ndarray:
     """Three finite numbers (3,). Raises InputError."""
     try:
-        vector = np.asarray(given, dtype=float)
+        made = np.asarray(given)
     except (TypeError, ValueError):
-        vector = np.empty(0)
+        made = np.empty(0)
+    numbers = made.dtype.kind in "iuf" and not np.ma.is_masked(given)
+    vector = made.astype(float) if numbers else np.empty(0)
     if vector.shape != (3,) or not all(isfinite(x) and abs(x) <= 1e9 for x in vector):
         raise InputError(f"{name} is {quoted(given)}; must be three numbers up to 1e9, as [2.0, 2.0, 0.0].")
     return vector

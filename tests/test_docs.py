@@ -155,6 +155,12 @@ def test_every_page_can_be_found():
     assert seen == set(texts())
 
 
+def test_the_site_lists_every_page():
+    listed = re.findall(r"[\w]+\.md", (DOCS / "mkdocs.yml").read_text(encoding="utf-8").partition("nav:")[2])
+    start = {"README.md", "index.md", "pages.md", "notebook.md", "changelog.md", "contributing.md"}
+    assert set(listed) | start == {page.name for page in PAGES.values()} | start
+
+
 def test_pictures_are_shown_small_and_made_by_one_command():
     kept = {path.name for path in (DOCS / "pictures").iterdir()}
     used = {Path(link).name for text in texts().values() for link in links(text) if link.endswith(".png")}

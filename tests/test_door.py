@@ -1,8 +1,10 @@
 """What a Python user calls: dicts as scenes, every reading, every wrong argument refused in one sentence."""
 
+import copy
 import doctest
 import importlib
 import json
+import pickle
 import subprocess
 import sys
 
@@ -137,7 +139,20 @@ WRONG = {
     "bands by number": (lambda s: renderer.solve(s.scene, 31), "did you mean '31'"),
     "accuracy": (lambda s: renderer.solve(s.scene, accuracy=5), "0.0001 to 0.5"),
     "accuracy as text": (lambda s: renderer.solve(s.scene, accuracy="1%"), "0.0001 to 0.5"),
+    "accuracy of True": (lambda s: renderer.solve(s.scene, accuracy=True), "0.0001 to 0.5"),
     "seed": (lambda s: renderer.solve(s.scene, seed=-1), "whole number"),
+    "seed of True": (lambda s: renderer.solve(s.scene, seed=True), "whole number"),
+    "seed past 2^62": (lambda s: renderer.solve(s.scene, seed=2**63), "2^62"),
+    "store": (lambda s: renderer.solve(s.scene, store=5), "store of another solution"),
+    "progress": (lambda s: renderer.solve(s.scene, progress=5), "function"),
+    "folder": (lambda s: renderer.load({}, folder=None), "path of a folder"),
+    "no scene": (lambda s: renderer.load(""), "must be a scene file's path"),
+    "position of text": (lambda s: s.photometer(["2", "2", "0"]), "three numbers"),
+    "position of truth": (lambda s: s.photometer([True, False, True]), "three numbers"),
+    "position of dates": (lambda s: s.photometer(np.array(["1971"] * 3, "datetime64[Y]")), "three numbers"),
+    "masked position": (lambda s: s.photometer(np.ma.array([2, 2, 0], mask=[0, 1, 0])), "three numbers"),
+    "position past floats": (lambda s: s.photometer([10**400, 2, 0]), "three numbers"),
+    "angle of True": (lambda s: s.luminance([2, 2, 1], [0, 1, 0], angle=True), "0.01 to 120"),
     "scene": (lambda s: renderer.solve(5), "must be a scene file's path"),
     "room": (lambda s: renderer.load("red_romm"), "does not exist"),
     "key": (lambda s: s.scene.with_values({"materials.pain.munsell": "5R 4/14"}), "did you mean 'paint'"),
@@ -161,7 +176,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_a_wrong_argument_is_one_sentence(solution, name):
+def test_a_wrong_argument_is_one_sentence(solution, held, name):
     call, said = WRONG[name]
     scene = renderer.load(solution.scene.table)
 
@@ -174,6 +189,23 @@ def test_a_wrong_argument_is_one_sentence(solution, name):
     assert said in str(error.value)
     assert "\n" not in str(error.value)
     assert len(str(error.value)) < 600
+    held("wrong arguments of the Python door")
+
+
+def test_numbers_of_numpy_are_numbers(solution):
+    scene = renderer.load(solution.scene.table)
+    one = renderer.solve(scene, np.str_("rgb"), np.float32(0.5), np.int64(3)).photometer(np.array([2, 2, 0]))
+    other = renderer.solve(scene, "rgb", 0.5, 3).photometer((2.0, np.int8(2), np.float32(0)))
+    assert one.total_lx == other.total_lx
+
+
+def test_a_scene_may_be_sent_to_another_process_and_a_solution_says_why_not(solution):
+    scene = renderer.load(solution.scene.table)
+    lux = [renderer.solve(each, "rgb", 0.5).photometers()[0].total_lx
+           for each in (scene, pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene))]
+    assert lux == [lux[0]] * 3
+    with pytest.raises(TypeError, match="Pickle its scene"):
+        pickle.dumps(solution)
 
 
 PROGRAM = """

@@ -56,46 +56,96 @@ def refused(done, *words, code=2):
         assert word in done.stderr
 
 
+TEXT = "scene and study text: nesting, huge integers, lookalike letters, other encodings, dates, NaN, titles"
+CONTROL = "control characters, direction marks and terminal escapes in titles and names: table, CSV and JSON"
+FORMULAS = "cells that a spreadsheet would compute"
+IRREGULAR = "pipes, devices, folders, files of 2 TB, impossible names, for each kind of file"
+PIPES = "scenes that name a pipe, for each file format"
+SECRETS = ("planted secrets: names that equal a file's, files outside the folder, files changed since they "
+           "were read")
+SURROUNDINGS = ("streams closed or full, names that are not UTF-8, wrong RENDERER_CORES, a full disk, files "
+                "left by a killed run")
+SCHEDULERS = "addresses of no scheduler, and a cluster without workers"
+INSIDE = "what reads, sees or shines from inside an object, said before the work"
+SIGNALS = "SIGTERM and SIGINT at 40 moments of a run each, from its imports to its end"
 TEXTS = {
     "deep": (BASE + "x = " + "[" * 5000 + "]" * 5000, "within each other"),
     "bigint": (BASE.replace("1000", "1" + "0" * 5000), "digits"),
     "bighex": (BASE.replace("1000", "0x" + "f" * 5000), "luminaires[0].flux is an integer of 20000 bits"),
     "nul": (BASE.replace('"T"', '"\0"'), "not valid TOML"),
+    "lookalike letter": (BASE.replace("reflectance", "reflect\u0430nce"), "'\u0430' (U+0430) is there"),
+    "lookalike in quotes": (BASE.replace("reflectance", '"reflect\u0430nce"'), "here '\u0430' is U+0430"),
+    "decimal comma": (BASE.replace("1000", "1000,5"), "decimals with a point"),
+    "date": (BASE.replace("1000", "1979-05-27"), "flux is 1979-05-27; must be a number"),
+    "list of rooms": (BASE.replace("[room]", "[[room]]"), "must be one table"),
+    "one luminaire": (BASE.replace("[[luminaires]]", "[luminaires]"), "Write [[luminaires]]"),
+    "no name of a file": (BASE.replace("reflectance = 0.5", 'spectrum = ""'), "at least 1 character"),
+    "twice a table": (BASE + "[room]\n", "[room] twice"),
+    "turned by nan": (BASE + '[[objects]]\nshape = "box"\nposition = [1, 1, 0]\nsize = [1, 1, 1]\n'
+                      'material = "g"\nrotation = nan\n', "objects[0].rotation is nan"),
+    "overflow": (BASE.replace("1000", "1e400"), "flux is inf"),
+    "too much": (BASE.replace("1000", "1e300"), "less than or equal to 1e+30"),
+    "a million points": (BASE + '[[photometer_grids]]\norigin = [0.5, 0.5, 0.8]\nu = [3, 0, 0]\nv = [0, 3, 0]'
+                         "\nspacing = 0.003\n", "at most 10000"),
     "long value": (BASE.replace('"g"\nwalls', '"' + "g" * 10_000 + '"\nwalls'), "room.floor is"),
 }
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_odd_text_in_a_scene_is_one_sentence(tmp_path, name):
+def test_odd_text_in_a_scene_is_one_sentence(tmp_path, held, name):
     text, said = TEXTS[name]
     (tmp_path / "odd.toml").write_text(text)
     with pytest.raises(InputError) as error:
         load(tmp_path / "odd.toml")
     assert said in str(error.value)
     assert len(str(error.value)) < 600 + len(str(tmp_path))
+    held(TEXT)
 
 
 @pytest.mark.parametrize("values", ["[" * 5000 + "]" * 5000, "[1" + "0" * 5000 + "]",
                                     "[0x" + "f" * 5000 + "]"])
-def test_odd_text_in_a_study_is_one_sentence(folder, values):
+def test_odd_text_in_a_study_is_one_sentence(folder, held, values):
     (folder / "study.toml").write_text(f'scenes = ["base.toml"]\n[vary]\n"luminaires.0.flux" = {values}\n')
     with pytest.raises(InputError, match=r"within each other|integer of"):
         read_study(folder / "study.toml", None, None, None)
+    held(TEXT)
 
 
-def test_a_byte_order_mark_is_no_fault(tmp_path):
-    (tmp_path / "bom.toml").write_bytes(b"\xef\xbb\xbf" + BASE.replace("\n", "\r\n").encode())
-    assert load(tmp_path / "bom.toml").title == "T"
+def test_a_scene_given_as_a_study_is_told_apart(folder):
+    with pytest.raises(InputError, match="is a scene, not a study"):
+        read_study(folder / "base.toml", None, None, None)
 
 
-def test_a_title_of_a_thousand_letters_works_in_a_scene_and_in_a_study(folder, here):
+@pytest.mark.parametrize("data", [
+    b"\xef\xbb\xbf" + BASE.replace("\n", "\r\n").encode(), BASE.replace("\n", "\r").encode(),
+    BASE.replace("[2, 2, 0]", "[2, 2, -0.0]").encode()])
+def test_a_byte_order_mark_ends_of_lines_and_minus_0_are_no_fault(tmp_path, held, data):
+    (tmp_path / "bom.toml").write_bytes(data)
+    scene = load(tmp_path / "bom.toml")
+    assert scene.title == "T"
+    assert str(scene.photometers[0].position[2]) == "0.0"
+    held(TEXT)
+
+
+@pytest.mark.parametrize(("data", "said"), [
+    (BASE.encode("utf-16"), "UTF-16"), (b"\x1f\x8b\x08\x00\xff", "not UTF-8"),
+    (BASE.replace('"T"', '"B\u00fcro"').encode("latin-1"), "not UTF-8")])
+def test_other_encodings_are_one_sentence(tmp_path, held, data, said):
+    (tmp_path / "odd.toml").write_bytes(data)
+    with pytest.raises(InputError, match=said):
+        load(tmp_path / "odd.toml")
+    held(TEXT)
+
+
+def test_a_title_of_a_thousand_letters_works_in_a_scene_and_in_a_study(folder, here, held):
     (folder / "long.toml").write_text(BASE.replace('"T"', '"' + "x" * 999 + '"'))
     (folder / "study.toml").write_text('scenes = ["long.toml"]\n[vary]\n"luminaires.0.flux" = [1, 2]\n')
     assert len(read_study(folder / "study.toml", None, None, None)) == 2
     assert here("photometer", "long.toml", "--accuracy", "20%", "--quiet", cwd=folder).returncode == 0
+    held(TEXT, 2)
 
 
-def test_control_characters_are_shown_harmlessly(folder, here):
+def test_control_characters_are_shown_harmlessly(folder, here, held):
     title = r'"\u202Eabc\u0007\u001b[31mRED\u001b]0;pwn\u0007 \r\n x"'
     (folder / "rtl.toml").write_text(BASE.replace('"T"', title).replace('"p"', r'"\u001b[2Jnul\u202E\u0000"'))
     for form in ("table", "csv", "json"):
@@ -105,20 +155,23 @@ def test_control_characters_are_shown_harmlessly(folder, here):
             assert not set(text) & {"\x1b", "\x07", "\r", "\x00", "\u202e"}
     assert visible("a\x1b[2J\u202eb\udcff") == "a<U+001B>[2J<U+202E>b<U+DCFF>"
     assert visible("Büro, α-opic 視") == "Büro, α-opic 視"
+    held(CONTROL, 3)
 
 
 @pytest.mark.parametrize("text", ['=HYPERLINK("http://x")', "+1+1", "-2+3", "@SUM(A1)", "\t=1", "\r=1"])
-def test_a_formula_is_quoted_in_a_table(text):
+def test_a_formula_is_quoted_in_a_table(text, held):
     assert not cell(text).startswith(("=", "+", "-", "@", "\t", "\r"))
     assert cell("-0.5") == "-0.5"
     assert cell(-0.5) == -0.5
     assert cell("floor = left") == "floor = left"
+    held(FORMULAS)
 
 
-def test_a_formula_in_a_name_is_quoted_on_stdout(folder, here):
+def test_a_formula_in_a_name_is_quoted_on_stdout(folder, here, held):
     (folder / "formula.toml").write_text(BASE.replace('"p"', '"=1+1"'))
     done = here("photometer", "formula.toml", "--accuracy", "20%", "--format", "csv", "--quiet", cwd=folder)
     assert "'=1+1" in done.stdout
+    held(FORMULAS)
 
 
 def test_a_long_value_is_quoted_in_part():
@@ -127,7 +180,7 @@ def test_a_long_value_is_quoted_in_part():
 
 
 @pytest.mark.parametrize("kind", MAX_BYTES)
-def test_sparse_giants_pipes_and_devices_are_refused_before_they_are_read(tmp_path, kind):
+def test_sparse_giants_pipes_and_devices_are_refused_before_they_are_read(tmp_path, kind, held):
     giant = tmp_path / "giant"
     with giant.open("wb") as file:
         file.truncate(1 << 41)
@@ -138,6 +191,7 @@ def test_sparse_giants_pipes_and_devices_are_refused_before_they_are_read(tmp_pa
                        (tmp_path / "none", "there is no file")):
         with pytest.raises(InputError, match=said):
             read_input(path, kind, "here")
+        held(IRREGULAR)
 
 
 REFERENCES = ('materials.g]\nspectrum = "{}"', 'materials.g]\nreflectance = 0.5\n[[objects]]\nname = "o"\n'
@@ -145,7 +199,7 @@ REFERENCES = ('materials.g]\nspectrum = "{}"', 'materials.g]\nreflectance = 0.5\
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".spdx", ".obj", ".glb", ".ply", ".stl", ".ies", ".ldt"])
-def test_a_scene_that_names_a_pipe_does_not_wait(tmp_path, suffix):
+def test_a_scene_that_names_a_pipe_does_not_wait(tmp_path, suffix, held):
     os.mkfifo(tmp_path / f"pipe{suffix}")
     lamp = BASE.replace('shape = "point"', f'shape = "ies"\nfile = "pipe{suffix}"')
     spectral = BASE.replace("materials.g]\nreflectance = 0.5", REFERENCES[0].format(f"pipe{suffix}"))
@@ -154,6 +208,7 @@ def test_a_scene_that_names_a_pipe_does_not_wait(tmp_path, suffix):
     (tmp_path / "scene.toml").write_text(text)
     with pytest.raises(InputError, match="pipe"):
         load(tmp_path / "scene.toml")
+    held(PIPES)
 
 
 SECRET = "BEGIN PRIVATE KEY 93af77c1"
@@ -164,7 +219,7 @@ def carried(scene, outside=False) -> str:
     return json.dumps(scene_files(scene, outside))
 
 
-def test_a_report_carries_no_file_that_the_scene_only_names(tmp_path):
+def test_a_report_carries_no_file_that_the_scene_only_names(tmp_path, held):
     """The title, a material, a name, a CIE illuminant: each equals the name of a planted file."""
     for name in ("id_rsa", "D65", "T", "p", "g"):
         (tmp_path / name).write_text(SECRET)
@@ -173,9 +228,10 @@ def test_a_report_carries_no_file_that_the_scene_only_names(tmp_path):
     scene = load(tmp_path / "scene.toml")
     assert [file.path.name for file in scene.opened] == ["scene.toml"]
     assert SECRET not in carried(scene)
+    held(SECRETS, 5)
 
 
-def test_files_outside_the_scenes_folder_are_named_and_not_carried(tmp_path):
+def test_files_outside_the_scenes_folder_are_named_and_not_carried(tmp_path, held):
     folder = tmp_path / "project"
     folder.mkdir()
     (tmp_path / "outside.csv").write_text(f"# {SECRET}\n{SPECTRUM}")
@@ -189,17 +245,19 @@ def test_files_outside_the_scenes_folder_are_named_and_not_carried(tmp_path):
         assert SECRET in carried(scene, outside=True)
     (folder / "scene.toml").write_text(BASE.replace("reflectance = 0.5", 'spectrum = "inside.csv"'))
     assert [file["text"] for file in scene_files(load(folder / "scene.toml"))][1] == SPECTRUM
+    held(SECRETS, 3)
 
 
-def test_a_file_that_changed_since_it_was_read_is_not_carried(tmp_path):
+def test_a_file_that_changed_since_it_was_read_is_not_carried(tmp_path, held):
     (tmp_path / "a.csv").write_text(SPECTRUM)
     (tmp_path / "scene.toml").write_text(BASE.replace("reflectance = 0.5", 'spectrum = "a.csv"'))
     scene = load(tmp_path / "scene.toml")
     (tmp_path / "a.csv").write_text(SECRET)
     assert SECRET not in carried(scene)
+    held(SECRETS)
 
 
-def test_the_page_of_a_report_carries_no_secret(folder, here):
+def test_the_page_of_a_report_carries_no_secret(folder, here, held):
     (folder / "project").mkdir()
     (folder / "id_rsa.csv").write_text(f"# {SECRET}\n{SPECTRUM}")
     text = (BASE + CAMERA).replace("reflectance = 0.5", 'spectrum = "../id_rsa.csv"')
@@ -210,6 +268,7 @@ def test_the_page_of_a_report_carries_no_secret(folder, here):
         page = (folder / "outputs" / "report.html").read_text()
         assert (SECRET in page) == carries
         assert "id_rsa.csv" in page
+    held(SECRETS, 2)
 
 
 def shell(folder, line: str, arguments="photometer base.toml --accuracy 20% --quiet", **environment):
@@ -218,7 +277,7 @@ def shell(folder, line: str, arguments="photometer base.toml --accuracy 20% --qu
                           env={**os.environ, **environment})
 
 
-def test_closed_and_full_streams(folder):
+def test_closed_and_full_streams(folder, held):
     refused(shell(folder, ">&-"), "standard output is closed", code=1)
     done = shell(folder, "2>&-")
     assert done.returncode == 0
@@ -226,44 +285,49 @@ def test_closed_and_full_streams(folder):
     assert shell(folder, ">&- 2>&- <&-", "keys").returncode == 1
     refused(shell(folder, "> /dev/full", "keys"), "No space left", code=1)
     assert shell(folder, "--bands 32 2> /dev/full").returncode == 2
+    held(SURROUNDINGS, 5)
 
 
 @pytest.mark.parametrize("cores", ["0", "-1", "1.5", "", "9" * 30, "½", "٣"])
-def test_a_wrong_number_of_cores_is_one_sentence(monkeypatch, cores):
+def test_a_wrong_number_of_cores_is_one_sentence(monkeypatch, cores, held):
     monkeypatch.setenv("RENDERER_CORES", cores)
     with pytest.raises(InputError, match=r"RENDERER_CORES is .* 1 to 4096"):
         threads._cores()
+    held(SURROUNDINGS)
 
 
-def test_a_wrong_number_of_cores_ends_a_command_with_one_sentence(folder):
+def test_a_wrong_number_of_cores_ends_a_command_with_one_sentence(folder, held):
     refused(shell(folder, "", RENDERER_CORES="abc"), "RENDERER_CORES", "1 to 4096")
+    held(SURROUNDINGS)
 
 
 def _limited():
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
 
-def test_a_disk_that_takes_no_more_is_one_sentence_and_no_partial_file(folder, run):
+def test_a_disk_that_takes_no_more_is_one_sentence_and_no_partial_file(folder, run, held):
     """A limit on the size of files stands for a full disk: the same calls fail, with EFBIG for ENOSPC."""
     done = run("render", "room.toml", "--accuracy", "20%", "--quiet", "--no-cache", cwd=folder,
                preexec_fn=_limited)
     refused(done, "cannot be written (File too large)", code=1)
     left = {path.name for path in (folder / "outputs").iterdir()}
     assert left <= {"room_31.png", "room_31_luminance.exr", "room_31.vtp"}  # those that fit, whole
+    held(SURROUNDINGS)
 
 
-def test_names_that_are_not_utf_8_work(folder, here):
+def test_names_that_are_not_utf_8_work(folder, here, held):
     name = os.fsdecode(b"n\xff.toml")
     (folder / name).write_text(BASE + CAMERA)
     for command in ("report", "compare", "render", "photometer"):
         done = here(command, name, "--accuracy", "20%", "--quiet", cwd=folder)
         assert done.returncode == 0, done.stderr
         assert "\udcff" not in done.stdout + done.stderr
+    held(SURROUNDINGS, 4)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_at_any_moment_is_at_most_one_sentence(folder, how):
+def test_a_signal_at_any_moment_is_at_most_one_sentence(folder, how, held):
     """From the first instruction to the last, imports included; 40 moments over a whole run."""
     command = [sys.executable, "-m", "renderer", "photometer", "room.toml", "--accuracy", "20%", "--quiet"]
     started = time.monotonic()
@@ -279,9 +343,10 @@ def test_a_signal_at_any_moment_is_at_most_one_sentence(folder, how):
         assert "Traceback" not in said, said
         assert said.count("\n") <= 1, said
         assert process.returncode in (0, 1, 128 + how, -how), said
+        held(SIGNALS)
 
 
-def test_parts_left_by_a_killed_run_are_swept_up(tmp_path):
+def test_parts_left_by_a_killed_run_are_swept_up(tmp_path, held):
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
     left = tmp_path / f".0123abcd.{dead.pid}.part.png"
@@ -292,6 +357,7 @@ def test_parts_left_by_a_killed_run_are_swept_up(tmp_path):
     assert not left.exists()
     assert mine.exists()
     assert other.exists()
+    held(SURROUNDINGS)
 
 
 def test_a_file_with_a_name_as_long_as_names_may_be_is_written(tmp_path):
@@ -301,7 +367,7 @@ def test_a_file_with_a_name_as_long_as_names_may_be_is_written(tmp_path):
     assert path.read_text() == "whole"
 
 
-def test_silent_and_wrong_schedulers_are_one_sentence(monkeypatch):
+def test_silent_and_wrong_schedulers_are_one_sentence(monkeypatch, held):
     pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
     from renderer.studies import cluster
 
@@ -315,9 +381,10 @@ def test_silent_and_wrong_schedulers_are_one_sentence(monkeypatch):
             with pytest.raises(InputError, match="where no scheduler answers") as error:
                 cluster.refuse_silence(address)
             assert len(str(error.value)) < 800
+            held(SCHEDULERS)
 
 
-def test_a_cluster_without_workers_is_given_up_in_time(monkeypatch):
+def test_a_cluster_without_workers_is_given_up_in_time(monkeypatch, held):
     distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
     from renderer.errors import SolveError
     from renderer.studies import cluster
@@ -328,10 +395,11 @@ def test_a_cluster_without_workers_is_given_up_in_time(monkeypatch):
             distributed.Client(empty.scheduler_address) as client, \
             pytest.raises(SolveError, match="has had no worker for"):
         list(cluster.as_done([client.submit(abs, -1)], client))
+    held(SCHEDULERS)
 
 
 @pytest.mark.parametrize("place", ["photometers", "observers", "spot_meters", "camera", "luminaires"])
-def test_what_is_inside_an_object_is_said_before_the_work(tmp_path, place):
+def test_what_is_inside_an_object_is_said_before_the_work(tmp_path, place, held):
     text = BASE + ('[[objects]]\nshape = "sphere"\nsize = [1, 1, 1]\nposition = [0.7, 0.7, 0.1]\n'
                    'material = "g"\n')
     inside = "position = [1.2, 1.2, 0.5]\n"
@@ -342,6 +410,7 @@ def test_what_is_inside_an_object_is_said_before_the_work(tmp_path, place):
     (tmp_path / "scene.toml").write_text(text)
     with pytest.raises(InputError, match="inside 'object'"):
         load(tmp_path / "scene.toml")
+    held(INSIDE)
 
 
 def test_toml_takes_the_integers_that_toml_has():

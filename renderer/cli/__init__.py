@@ -6,7 +6,7 @@ import sys
 import warnings
 from pathlib import Path
 
-from cyclopts import App, CycloptsError, Group
+from cyclopts import App, CycloptsError, Group, MissingArgumentError, UnusedCliTokensError
 
 from renderer import __version__
 from renderer.cli import luminaires, measure, planning, show, starting, studies, sweeping, viewing
@@ -84,11 +84,24 @@ def main() -> None:
         leave_interrupted("no partial file is left")
 
 
+def _wrong_call(error: CycloptsError) -> str:
+    """What is wrong with the arguments, in words of this command line."""
+    command = " ".join(("renderer", *(error.command_chain or ())))
+    match error:
+        case UnusedCliTokensError(unused_tokens=[word, *_]):
+            return f"{command} takes no further {word!r}."
+        case MissingArgumentError(keyword=str(option)):
+            return f"{command}: {option} has no value; where that begins with a hyphen, write {option}=…."
+        case MissingArgumentError(argument=argument):
+            return f"{command}: {argument.name.removeprefix('--').upper()} is missing."
+    return " ".join(str(error).split())
+
+
 def _leave_for(error: BaseException) -> None:
     """Say why a run has failed, and end it; raise again what no user can have caused."""
     match error:
         case CycloptsError():
-            leave(f"{' '.join(str(error).split())} See renderer --help.", 2)
+            leave(f"{_wrong_call(error)} See renderer --help.", 2)
         case InputError():
             leave(str(error), 2)
         case SolveError() | DisplayError() | OutputError():

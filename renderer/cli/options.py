@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from renderer.errors import InputError
 from renderer.system.log import LOG_LEVELS, show_log
+from renderer.system.text import quoted
 
 
 def _accuracy(_type, tokens) -> float:
@@ -26,8 +27,8 @@ def _accuracy(_type, tokens) -> float:
 def _whole(_type, tokens) -> int:
     """A whole number from 0."""
     text = tokens[0].value.strip()
-    if not text.isdecimal():
-        raise InputError(f"--seed is {text!r}; must be a whole number, 0 or more.")
+    if not (text.isdecimal() and len(text) < 20 and int(text) <= 2**62):
+        raise InputError(f"--seed is {quoted(text)}; must be a whole number from 0 to 2^62.")
     return int(text)
 
 

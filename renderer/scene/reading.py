@@ -65,10 +65,10 @@ def load(source: str | os.PathLike[str] | Mapping, folder: str | Path = ".") -> 
     """
     if isinstance(source, Mapping):
         return _loaded(plain_table(source, "the scene"), _name_of(source, Path(folder)))
-    if not isinstance(source, (str, os.PathLike)):
+    if not isinstance(source, (str, os.PathLike)) or not os.fspath(source):
         raise InputError(f"the scene is {quoted(source)}; must be a scene file's path, a packaged room's "
                          "name or a dict of a scene file's keys.")
-    path = Path(source)
+    path = Path(os.fsdecode(source))
     packaged = packaged_scenes() / f"{path.name.removesuffix('.toml')}.toml"
     if path.parent == Path(".") and not is_regular_file(path) and is_regular_file(packaged):
         path = packaged

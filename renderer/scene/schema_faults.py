@@ -11,6 +11,8 @@ from renderer.system.text import quoted
 
 LONG_NUMBER = re.compile(r"\b(\d{7,}|0\.0{4,}\d+)\b")
 """A limit that reads better as a power of ten."""
+OF_PYDANTIC = re.compile(r"\[key\]|constrained-float|(tuple|function-after)\[.*")
+"""Parts of a fault's place that name no key: which of several types was tried."""
 IN_TOML = ((r"a valid dictionary( or (an )?instance of \w+)?",
             "one table, its keys under [name] in single brackets"),
            ("a valid (list|tuple)", "a list in square brackets"),
@@ -22,7 +24,7 @@ IN_TOML = ((r"a valid dictionary( or (an )?instance of \w+)?",
 
 def explain(fault: dict) -> str:
     """One sentence about a fault that pydantic found: key, value, what is allowed, remedy."""
-    where = [part for part in fault["loc"] if part != "[key]"]
+    where = [part for part in fault["loc"] if not OF_PYDANTIC.fullmatch(str(part))]
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in where).lstrip(".")
     if fault["type"] == "extra_forbidden":
         word = str(where[-1])

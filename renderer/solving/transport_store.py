@@ -29,6 +29,10 @@ class TransportStore:
     elsewhere: RemoteCast | None = None
     _changing: Lock = field(default_factory=Lock, repr=False)
 
+    def __reduce__(self):
+        """A copy shares the cache on disk, and computes anew what that has not."""
+        return TransportStore, (self.cache, {}, self.elsewhere)
+
     def transport(self, scene: Scene, plan: Plan, seed: int,
                   progress: Progress = lambda step: None) -> Transport:
         """The transport of that scene's geometry, computed once."""

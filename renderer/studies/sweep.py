@@ -74,6 +74,9 @@ def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int 
     accuracy, bands, seed : replace what the scene files say.
     """
     table = parse_toml(read_input(path, "study", str(path), "Give a .toml study file."), str(path))
+    if "room" in table and "vary" not in table:
+        raise InputError(f'{path}: is a scene, not a study of scenes; a study names it, as scenes = '
+                         f'["{path.name}"], and has a [vary] table. See docs/tutorial.md.')
     for key in table.keys() - set(KEYS):
         raise InputError(f"{path}: {key[:80]} is not a known key; {close_to(key, KEYS)}"
                          f"Known: {', '.join(KEYS)}.")

@@ -25,6 +25,7 @@ def quoted(value: object) -> str:
         text = value.isoformat() if isinstance(value, (date, time)) else repr(value)
     except (ValueError, RecursionError):  # an integer of thousands of digits; a list in a thousand lists
         return f"too large to show ({type(value).__name__})"
+    text = " ".join(text.split()) if "\n" in text else text
     if len(text) <= LONGEST_SHOWN:
         return text
     half = LONGEST_SHOWN // 2

@@ -17,8 +17,8 @@ def read_photometry(path: Path, where: str) -> Photometry:
     """
     reader = {".ies": read_lm63, ".ldt": read_eulumdat}.get(path.suffix.lower())
     if reader is None:
-        raise InputError(f"{where} is {str(path)!r}; must end in .ies (IES LM-63) or .ldt (EULUMDAT). Rename "
-                         "it.")
+        raise InputError(f"{where} is {str(path)!r}; must end in .ies (IES LM-63) or .ldt (EULUMDAT). Give "
+                         "such a file.")
     data = read_input(path, "photometric", where)
     try:
         photometry = reader(_text(data))
