@@ -191,7 +191,8 @@ def test_a_closed_room_of_one_paint_has_its_mean_luminance(room):
 
 
 def test_a_painted_room_reads_what_solving_it_reads(room, monkeypatch):
-    monkeypatch.setattr("renderer.solving.plan.FINEST_GATHER", 1.0)  # read by elements, as the study reads
+    # Read by elements, as the study reads.
+    monkeypatch.setattr("renderer.solving.plan.MIN_ACCURACY_BY_PATHS", 1.0)
     crate = {"shape": "box", "position": [0.5, 0.5, 0], "size": [1, 1, 1],
              "material": "oak"}
     parts = {"luminaires": [POINT, {**POINT, "center": [3, 3, 2], "spectrum": "A"}], "objects": [crate],

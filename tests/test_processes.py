@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(threads.CORES == 1 or not processes._can_fork(),
 
 @pytest.fixture
 def solution(room, monkeypatch):
-    monkeypatch.setattr(plan, "FINEST_GATHER", 1.0)  # meters are read by elements, in turn
+    monkeypatch.setattr(plan, "MIN_ACCURACY_BY_PATHS", 1.0)  # meters are read by elements, in turn
     crate = {"shape": "box", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
     return renderer.solve(room(objects=[crate]), "rgb", 0.05)
 

@@ -30,7 +30,7 @@ def small(monkeypatch):
     monkeypatch.setattr(tradeoff, "RAYS", (256,))
     monkeypatch.setattr(tradeoff_asked, "ASKED_ACCURACIES", (0.1, 0.01))
     monkeypatch.setattr(tradeoff_asked, "PROMISE", 0.005)
-    monkeypatch.setattr(tradeoff_asked, "FINEST_GATHER", 0.02)
+    monkeypatch.setattr(tradeoff_asked, "MIN_ACCURACY_BY_PATHS", 0.02)
     monkeypatch.setattr(tradeoff_asked, "REFERENCE_MESH", 0.1)
     monkeypatch.setattr(tradeoff_asked, "PEER_CURVES", {})
 

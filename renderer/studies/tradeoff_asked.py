@@ -13,7 +13,7 @@ from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.scene import Scene
 from renderer.scene.schema import PhotometerTable
 from renderer.solving.measure import read_grid
-from renderer.solving.plan import FINEST_GATHER, PROMISE, Plan, make_plan
+from renderer.solving.plan import MIN_ACCURACY_BY_PATHS, PROMISE, Plan, make_plan
 from renderer.solving.refine import solve_until
 from renderer.solving.solution import Solution, solve
 from renderer.solving.transport_store import Progress
@@ -115,10 +115,10 @@ def _reference(scene: Scene, seed: int, bands: str
 def _reference_plan(scene: Scene) -> Plan:
     meters = len(scene.photometers) + sum(len(grid.points) for grid in scene.grids)
     exact = make_plan(scene, PROMISE, None)
-    if not replace(exact, accuracy=FINEST_GATHER).by_paths(meters):
+    if not replace(exact, accuracy=MIN_ACCURACY_BY_PATHS).by_paths(meters):
         return exact
     fine = make_plan(scene, REFERENCE_MESH, None)
-    return replace(fine, accuracy=FINEST_GATHER, across=False, gathered=True)
+    return replace(fine, accuracy=MIN_ACCURACY_BY_PATHS, pair_rays_allowed=False, gathered=True)
 
 
 def _beside_peers(scene: Scene, seed: int, in_rgb: np.ndarray, areas: list[np.ndarray], progress: Progress
