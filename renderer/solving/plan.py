@@ -134,11 +134,11 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
 
 
 def taking_no_part(scene: Scene) -> list[str]:
-    """What objects are partly inside another or outside the room, in a sentence; none where none is."""
+    """A sentence on objects of which a part does not count; [] where there is none."""
     of_bodies = zip(scene.bodies, scene.exposed[len(scene.room.surfaces):], strict=True)
     sunk = [body.name for body, own in of_bodies if own.parts is not body.parts and not body.of_room]
-    return [f"what of {', '.join(dict.fromkeys(sunk))} is inside another object, outside the room or there "
-            "twice takes no part"] if sunk else []
+    return [f"no part of {', '.join(dict.fromkeys(sunk))} counts that is inside another object, outside the "
+            "room or in the place of another surface"] if sunk else []
 
 
 def _rays(patches: float, accuracy: float) -> int:
