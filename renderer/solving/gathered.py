@@ -10,7 +10,7 @@ from renderer.colour.bands import BandSet, band_set, narrow_bands
 from renderer.readings.final_gather import PATH_REPLICAS as REPLICAS
 from renderer.readings.final_gather import Gather, gather
 from renderer.readings.photometer import MeterPlace as Spot
-from renderer.readings.uncertainty import band_error, half_widths, rare_half_width, student
+from renderer.readings.uncertainty import band_error, half_width, half_widths, rare_half_width, student
 from renderer.solving.radiosity_field import RadiosityField, distinct_bands, solve_field
 from renderer.solving.watch import Watch
 from renderer.transport.radiosity.agglomerate import Groups, agglomerated
@@ -24,8 +24,14 @@ FIRST_SHARE = 0.5
 """Share of the paths so counted that are followed first; what is then too wide has more."""
 FEWEST_PATHS, MOST_PATHS = 32, 1 << 15
 """In each replica."""
-SAMPLING_SHARE, MESH_SHARE = 0.8, 0.6
-"""Shares of the error asked that sampling and mesh may have: in quadrature they make 1."""
+MOST_FIRST_PATHS = 512
+"""Paths of a replica that are followed first at most: they tell how many steps are needed."""
+SAMPLING_SHARE = 0.8
+"""Share of the error asked that sampling may have."""
+LEFT_BY_A_STEP = 0.5
+"""Share of what mesh and rays err by that a step more leaves, about: what surfaces reflect."""
+NARROWEST_SHARE = 0.3
+"""Share of the error asked that sampling is narrowed to at most, to make room for what mesh and rays err by."""
 STOPPED = 1.15
 """How much wider bars of sampling are than Student's: paths end where these come out narrow by chance."""
 SPARE = 1.2
@@ -33,9 +39,9 @@ SPARE = 1.2
 DARK_PATHS, DARKER = 1 << 10, 8.0
 """Paths of a replica after which a meter that no light has reached is left dark, with the bar that they tell;
 and times as many that it has in each round before."""
-ROUNDS_OF_PATHS, MAX_ROUNDS, MOST_STEPS = 2, 8, 6
-"""Rounds of paths after which meters still wide have paths of one step more; rounds in all; and steps of a
-path at most: each takes the mesh's error down by what surfaces absorb, for a fraction of a finer mesh."""
+MAX_ROUNDS, MOST_STEPS = 8, 6
+"""Rounds of paths; and steps of a path at most: each takes the mesh's error down by what surfaces absorb, for
+a fraction of a finer mesh."""
 PATHS_AT_ONCE = 1 << 21
 """Paths of all meters kept at once: some 100 MB."""
 KEPT = 1 << 22
@@ -93,6 +99,7 @@ class BatchReading:
         says how much longer they are; samples : (REPLICAS, n_meters, 1 + n_surfaces) [lx]
     these, narrow : (n_meters,) [lx] in the bands read and in narrow ones
     rare : (n_meters,) [lx] what surfaces that no path met may bring, at 95 %
+    alone : (REPLICAS, n_meters) [lx] as `samples`, all with the same light at the ends of their paths
     """
 
     straight: np.ndarray
@@ -105,12 +112,17 @@ class BatchReading:
     narrow: np.ndarray
     steps: tuple[float, ...]
     rare: np.ndarray
+    alone: np.ndarray
 
     def errors(self, quadrature: float) -> np.ndarray:
         """95 % half-widths by mesh and by sampling (n_meters, 2) [lx]; quadrature : as in `half_widths`."""
         return np.array([half_widths(self.meshes[:, k], self.samples[:, k], self.steps, quadrature,
                                      self.rare[k])
                          for k in range(len(self.direct))]).reshape(-1, 2)
+
+    def path_errors(self) -> np.ndarray:
+        """95 % half-widths that more paths narrow (n_meters,) [lx]: without what mesh and its rays err by."""
+        return np.hypot([half_width(each) for each in self.alone.T], self.rare)
 
     def band_errors(self) -> list[float]:
         """Of each meter [lx], as `band_error`."""
@@ -127,7 +139,7 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot
     """
     watch, found = watch or Watch(), None
     asked = np.full(len(spots), accuracy * (2 if areas else 1))
-    paths = _power_of_two(FIRST_SHARE * paths_needed(asked) / REPLICAS)
+    paths = _power_of_two(np.minimum(FIRST_SHARE * paths_needed(asked) / REPLICAS, MOST_FIRST_PATHS))
     steps = np.ones(len(spots), dtype=int)
     luminous = light.bands.luminous
     tally, some = _Tally(light, fields, len(spots)), np.arange(len(spots))
@@ -147,25 +159,44 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot
         bars = np.hypot(mesh, sampling)
         if areas:
             asked[values - bars <= (values + bars).min()] = accuracy
-        lit, looked = values > 0, tally.paths >= DARK_PATHS
-        more = (sampling / np.maximum(SAMPLING_SHARE * asked * values, 1e-100)) ** 2
-        more = np.where(lit, more, np.where((sampling > 0) & ~looked, DARKER, 0.0))
-        # What more paths do not narrow is what the mesh's own rays err by.
-        deeper = (mesh > MESH_SHARE * asked * values) | (lit & (more > 1) & (round_ >= ROUNDS_OF_PATHS))
-        deeper &= steps < MOST_STEPS
-        wide = (bars > asked * values) & (deeper | ((more > 1) & (tally.paths < MOST_PATHS)))
-        some = np.flatnonzero(wide)
+        limit, lit = asked * values, values > 0
+        more, deeper = _next(tally.paths, steps, bars, found.path_errors(), limit)
+        dark = np.where((sampling > 0) & (tally.paths < DARK_PATHS), DARKER * tally.paths, 0.0)
+        more, deeper = np.where(lit, more, dark), deeper & lit
+        some = np.flatnonzero((bars > limit) & (more > 0))
         if not len(some):
             break
-        # As many paths as there are have half the variance; those of a deeper one begin anew.
-        paths = _power_of_two(np.maximum(tally.paths * np.maximum(more - ~deeper, 0.5) * SPARE, FEWEST_PATHS))
-        deeper &= wide
+        paths = _power_of_two(more)
+        deeper &= bars > limit
         steps[deeper] += 1
         tally.forget(deeper)
         rate = (time.perf_counter() - started) / followed
         over = (bars / np.maximum(asked * values, 1e-100))[some][lit[some]]
         watch.tell(over.max(initial=0.0), accuracy, rate * (paths * (1 + steps))[some].sum())
     return found
+
+
+def _next(paths: np.ndarray, steps: np.ndarray, bars: np.ndarray, narrowed: np.ndarray, limit: np.ndarray
+          ) -> tuple[np.ndarray, np.ndarray]:
+    """How many paths of a replica to follow next (n_meters,), 0 where none help, and whether they are anew and
+    of one step more: whichever takes fewer rays to the limit.
+
+    paths, steps : so far; bars : 95 % half-widths [lx]; narrowed : what of them more paths narrow [lx]
+    """
+    lasting2 = np.maximum(bars**2 - narrowed**2, 0.0)
+
+    def total(left2: np.ndarray, least: float) -> np.ndarray:
+        room2 = np.maximum(limit**2 - left2, (least * limit) ** 2)
+        return SPARE * paths * narrowed**2 / np.maximum(room2, 1e-200)
+
+    as_deep = total(lasting2, NARROWEST_SHARE)
+    deep = np.maximum(total(LEFT_BY_A_STEP**2 * lasting2, SAMPLING_SHARE), FEWEST_PATHS)
+    more = np.maximum(as_deep - paths, FEWEST_PATHS)
+    enough = (lasting2 < (1 - NARROWEST_SHARE**2) * limit**2) & (as_deep <= 2 * MOST_PATHS)
+    dear = more * (1 + steps) > deep * (2 + steps)
+    deeper = (steps < MOST_STEPS) & (~enough | dear)
+    none = ~enough & ~deeper & ((paths >= MOST_PATHS) | (narrowed**2 < lasting2))
+    return np.where(none, 0.0, np.where(deeper, deep, more)), deeper
 
 
 def paths_needed(asked: float | np.ndarray) -> float | np.ndarray:
@@ -188,7 +219,7 @@ def _gathered(transport: Transport, spots: list[Spot], paths: int, round_: int, 
     return transport.meters[key]
 
 
-METER_FIRST = (True, True, True, False, False, False)
+METER_FIRST = (True, True, True, False, False, False, False)
 """Of the sums of a tally: whether their first axis is the meters', or else their second."""
 
 
@@ -203,7 +234,7 @@ class _Tally:
         surfaces, (lamps, bands) = 1 + len(light.reflectance), light.flux.shape
         self.sums = [np.zeros(shape) for shape in (
             (meters, lamps), (meters, 2, bands), (meters, surfaces - 1), (2, meters, surfaces),
-            (REPLICAS, meters, surfaces), (2, meters))]
+            (REPLICAS, meters, surfaces), (2, meters), (REPLICAS, meters))]
 
     def follow(self, spots: Sequence[Spot], some: np.ndarray, steps: np.ndarray, paths: np.ndarray,
                round_: int) -> None:
@@ -224,12 +255,13 @@ class _Tally:
         meshes = [seen.mean.read(rgb.reflectance, rgb.flux, [each])[0] @ luminous
                   for each in (rgb.radiosity, fields.coarser)]
         samples = seen.read(rgb.reflectance, rgb.flux, fields.parts) @ luminous
+        alone = seen.read(rgb.reflectance, rgb.flux, [rgb.radiosity]).sum(axis=2) @ luminous
         bands = []
         for kind, sent in ((light.bands, fields.these), (narrow_bands(), fields.narrow)):
             scene = light.scene
             bands.append(seen.mean.read(scene.reflectance(kind), scene.flux(kind), [sent])[0].sum(axis=1)
                          @ kind.luminous)
-        new = seen.mean.straight[0], own, by_surface, np.array(meshes), samples, np.array(bands)
+        new = seen.mean.straight[0], own, by_surface, np.array(meshes), samples, np.array(bands), alone
         for total, each, meter_first in zip(self.sums, new, METER_FIRST, strict=True):
             total[some if meter_first else (slice(None), some)] += paths * each
         self.paths[some] += paths
@@ -243,11 +275,10 @@ class _Tally:
     def reading(self) -> BatchReading:
         """What they read so far."""
         n = self.paths
-        straight, own, by_surface, meshes, samples, bands = self.sums
-        middle = samples.mean(axis=0)
-        spread = middle + STOPPED * (samples - middle)
+        straight, own, by_surface, meshes, samples, bands, alone = self.sums
+        spread, alone = (each.mean(axis=0) + STOPPED * (each - each.mean(axis=0)) for each in (samples, alone))
         own, unmet = own / n[:, None, None], (samples[:, :, 1:] == 0).all(axis=0)
         return BatchReading(straight / n[:, None], own[:, 0], own[:, 1], by_surface / n[:, None],
                             meshes / n[:, None],
                             spread / n[:, None], *(bands / n), (self.fields.groups.longer,),
-                            rare_half_width(self.brightest, unmet, n * REPLICAS))
+                            rare_half_width(self.brightest, unmet, n * REPLICAS), alone / n)
