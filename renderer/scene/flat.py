@@ -11,7 +11,7 @@ import trimesh
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from renderer.scene.geometry import Rectangle
+from renderer.scene.geometry import Rectangle, cross
 from renderer.system.lazy import cached_property
 
 COPLANAR_TOLERANCE = 1e-6
@@ -37,7 +37,7 @@ class Polygon:
     @cached_property
     def normal(self) -> np.ndarray:
         """Unit normal of the front (3,)."""
-        return np.cross(*self.axes)
+        return cross(*self.axes)
 
     @cached_property
     def shape(self):
@@ -79,7 +79,7 @@ class Parts:
     @cached_property
     def area(self) -> float:
         """Area [m²]."""
-        return (sum(np.linalg.norm(np.cross(r.u, r.v)) for r in self.rectangles)
+        return (sum(np.linalg.norm(cross(r.u, r.v)) for r in self.rectangles)
                 + sum(p.shape.area for p in self.polygons)
                 + trimesh.triangles.area(self.triangles).sum())
 
@@ -245,7 +245,7 @@ def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> 
         length2 = max(u @ u, v @ v)
         if (abs(u @ v) <= 1e-6 * np.sqrt((u @ u) * (v @ v))
                 and np.abs(u + v - away[far]).max() <= 1e-6 * np.sqrt(length2)):
-            return Rectangle(points[0], *((u, v) if np.cross(u, v) @ normal > 0 else (v, u)))
+            return Rectangle(points[0], *((u, v) if cross(u, v) @ normal > 0 else (v, u)))
     to_plane = trimesh.geometry.plane_transform(points[0], normal)
     flat = trimesh.transform_points(points, to_plane)
     scale = np.ptp(flat, axis=0).max()
@@ -262,6 +262,6 @@ def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> 
     near = [np.linalg.norm(flat[:, :2] - corner, axis=1).argmin() for corner in ideal]
     corners = points[near]
     u, v = corners[1] - corners[0], corners[3] - corners[0]
-    if np.cross(u, v) @ normal < 0:
+    if cross(u, v) @ normal < 0:
         u, v = v, u
     return Rectangle(corners[0], u, v)

@@ -31,7 +31,7 @@ SAMPLING_SHARE = 0.8
 LEFT_BY_A_STEP = 0.5
 """Share of what mesh and rays err by that a step more leaves, about: what surfaces reflect."""
 NARROWEST_SHARE = 0.3
-"""Share of the error asked that sampling is narrowed to at most, to make room for what mesh and rays err by."""
+"""Share of the error asked that sampling is narrowed to at most, for what mesh and rays err by."""
 STOPPED = 1.15
 """How much wider bars of sampling are than Student's: paths end where these come out narrow by chance."""
 SPARE = 1.2
@@ -178,7 +178,7 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Spot
 
 def _next(paths: np.ndarray, steps: np.ndarray, bars: np.ndarray, narrowed: np.ndarray, limit: np.ndarray
           ) -> tuple[np.ndarray, np.ndarray]:
-    """How many paths of a replica to follow next (n_meters,), 0 where none help, and whether they are anew and
+    """How many paths of a replica to follow next (n_meters,), 0 where none help, and whether they are new,
     of one step more: whichever takes fewer rays to the limit.
 
     paths, steps : so far; bars : 95 % half-widths [lx]; narrowed : what of them more paths narrow [lx]
@@ -276,7 +276,8 @@ class _Tally:
         """What they read so far."""
         n = self.paths
         straight, own, by_surface, meshes, samples, bands, alone = self.sums
-        spread, alone = (each.mean(axis=0) + STOPPED * (each - each.mean(axis=0)) for each in (samples, alone))
+        spread, alone = (each.mean(axis=0) + STOPPED * (each - each.mean(axis=0))
+                         for each in (samples, alone))
         own, unmet = own / n[:, None, None], (samples[:, :, 1:] == 0).all(axis=0)
         return BatchReading(straight / n[:, None], own[:, 0], own[:, 1], by_surface / n[:, None],
                             meshes / n[:, None],

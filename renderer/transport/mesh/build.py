@@ -216,6 +216,8 @@ class _Builder:
     def over_gaps(self, index: int, face: Rectangle | Polygon, faces: Faces) -> list[np.ndarray]:
         """Corners (k, 3) [m] of what faces a flat part over a narrow gap, with a body on one side at least.
         """
+        if np.isinf(self.close):
+            return []  # nothing is finer near anything
         beside = ~self.of_room if self.of_room[index] else np.ones_like(self.of_room)
         return faces.across(face, self.touch, self.patch_size / self.in_gap, beside)
 

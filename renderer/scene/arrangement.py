@@ -1,0 +1,278 @@
+"""All flat faces of a room and its bodies, and the closed shells that cut them or bury them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.scene.flat import Parts, Polygon, polygon, rectilinear
+from renderer.scene.flat_faces import FlatFace
+from renderer.scene.geometry import Rectangle
+from renderer.scene.shells import Shell
+
+OFF_SURFACE = 1e-7
+"""How far off a surface it is asked what is there, relative to the room's longest side: nearer surfaces are
+in contact."""
+OPPOSITE = 1e-9
+"""How far from −1 the cosine between the normals of two faces in contact may be."""
+PAIRS_AT_ONCE = 1 << 20
+"""Pairs of faces and triangles looked at together."""
+
+
+@dataclass(frozen=True)
+class Exposed:
+    """The flat parts of a surface without what is buried.
+
+    sides : for each rectangle, polygon and triangle (k, 2) whether its front and its back face air; the back
+        of a room's surface or a solid's never does
+    """
+
+    parts: Parts
+    sides: tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+class Arrangement:
+    """All faces of a room and the closed shells that may cover them."""
+
+    def __init__(self, scale: float, shells: list[Shell], faces: list[FlatFace]):
+        self.off, self.shells, self.faces = OFF_SURFACE * scale, shells, faces
+        self.low, self.high = np.array([shell.bounds for shell in shells]).swapaxes(0, 1)
+        self.triangles = np.concatenate([shell.triangles for shell in shells])
+        self.of_shell = np.repeat(np.arange(len(shells)), [len(shell.triangles) for shell in shells])
+        self.boxes = np.array([[f.corners.min(axis=0), f.corners.max(axis=0)] for f in faces])
+        self.crossing = self._crossing()
+        self.shared = {(self.faces[k].shell, int(self.of_shell[t]))
+                       for k, found in self.crossing.items() for t in found}
+        self.levels: dict[tuple[int, int], float] = {}
+
+    def solids_at(self, shell: int, points: np.ndarray) -> np.ndarray:
+        """How many shells enclose points (k, 3) just off faces of one (−1: of a sheet) that no other touches,
+        in what is not air (k,)."""
+        total = np.full(len(points), self.shells[shell].own if shell >= 0 else 0.0)
+        for index, other in enumerate(self.shells):
+            near = ((self.low[index] <= points) & (points <= self.high[index])).all(axis=1) | (index == 0)
+            if index != shell and near.any():
+                total[near] += other.solid_at(points[near])
+        return total
+
+    def exposed(self, whole: list[Parts], new: set[int] = frozenset()) -> list[Exposed]:
+        """Of each surface what is exposed; whole : the surfaces' flat parts; new : of which not all are
+        faces here."""
+        kept: list[list] = [[] for _ in whole]
+        changed = [k in new for k in range(len(whole))]
+        entire = self._entire()
+        for k, face in enumerate(self.faces):
+            if k in entire:
+                kept[face.surface].append((face.face, (entire[k], False)))
+                continue
+            for piece, sides, cut in self._pieces(k, face):
+                changed[face.surface] |= cut
+                if any(sides) or not cut:
+                    kept[face.surface].append((piece.face if isinstance(piece, FlatFace) else piece, sides))
+        return [_gathered(pieces, parts if not new else None)
+                for parts, pieces, new in zip(whole, kept, changed, strict=True)]
+
+    def _crossing(self) -> dict[int, np.ndarray]:
+        """The triangles of shells that may cut each face (by its number): those that reach through the plane
+        just before it, or just behind a sheet, and near it."""
+        import shapely
+
+        low, high = self.triangles.min(axis=1) - self.off, self.triangles.max(axis=1) + self.off
+        tree = shapely.STRtree(shapely.box(*low[:, :2].T, *high[:, :2].T))
+        face, triangle = tree.query(shapely.box(*self.boxes[:, 0, :2].T, *self.boxes[:, 1, :2].T))
+        level = (self.boxes[face, 0, 2] <= high[triangle, 2]) & (self.boxes[face, 1, 2] >= low[triangle, 2])
+        face, triangle = face[level], triangle[level]
+        normal = np.array([f.normal for f in self.faces])
+        origin = np.array([f.origin for f in self.faces])
+        sheet = np.array([f.shell < 0 for f in self.faces])
+        found = np.zeros(len(face), dtype=bool)
+        for start in range(0, len(face), PAIRS_AT_ONCE):
+            part = slice(start, start + PAIRS_AT_ONCE)
+            k = face[part]
+            height = np.einsum("kci,ki->kc", self.triangles[triangle[part]] - origin[k, None], normal[k])
+            least, most = height.min(axis=1), height.max(axis=1)
+            found[part] = (least < self.off * (1 - 1e-3)) & (most > self.off * (1 + 1e-3))
+            found[part] |= sheet[k] & (least < -self.off * (1 + 1e-3)) & (most > -self.off * (1 - 1e-3))
+        face, triangle = face[found], triangle[found]
+        order = np.argsort(face, kind="stable")
+        face, triangle = face[order], triangle[order]
+        ends = np.flatnonzero(np.diff(face, append=-1)) + 1
+        return {int(face[end - 1]): some for end, some in
+                zip(ends, np.split(triangle, ends[:-1]), strict=True)} if len(face) else {}
+
+    def _entire(self) -> dict[int, bool]:
+        """Faces of closed shells that no section of a shell cuts, by their number: whether their front is
+        exposed. Sections that miss a face's frame, drawn in as `_pieces` draws in the face, cut nothing."""
+        some = [k for k, face in enumerate(self.faces) if face.shell >= 0 and not self._may_be_cut(k, face)]
+        if not some:
+            return {}
+        points = np.concatenate([self.faces[k].middle + self.off * self.faces[k].normal for k in some])
+        shell, total = np.array([self.faces[k].shell for k in some]), np.zeros(len(some))
+        for index, other in enumerate(self.shells):
+            near = ((self.low[index] <= points) & (points <= self.high[index])).all(axis=1) | (index == 0)
+            total[shell == index] += other.own
+            near &= shell != index
+            met = np.array([not self.shared.isdisjoint([(s, index), (index, s)])
+                            for s in range(len(self.shells))])
+            asked = near & met[shell]
+            if asked.any():
+                total[asked] += other.solid_at(points[asked])
+            for s in np.unique(shell[near & ~asked]):
+                total[near & ~asked & (shell == s)] += self._level(int(s), index)
+        return dict(zip(some, (total <= 0).tolist(), strict=True))
+
+    def _may_be_cut(self, k: int, face: FlatFace) -> bool:
+        """Whether the frame of a section with the plane just before a face reaches into the face's."""
+        if k not in self.crossing:
+            return False
+        ends = self._section(face, self.triangles[self.crossing[k]], self.off)
+        low, high = face.rings[0].min(axis=0) + 2 * self.off, face.rings[0].max(axis=0) - 2 * self.off
+        return bool(((ends.min(axis=1) <= high) & (ends.max(axis=1) >= low)).all(axis=1).any())
+
+    @staticmethod
+    def _section(face: FlatFace, corners: np.ndarray, level: float) -> np.ndarray:
+        """Where triangles (k, 3, 3) meet the plane so far [m] before a face: ends (m, 2, 2) in its axes."""
+        heights = (corners - face.origin) @ face.normal
+        above = heights > level
+        split = above.any(axis=1) & ~above.all(axis=1)
+        alone = (above[split] == (above[split].sum(axis=1) == 1)[:, None]).argmax(axis=1)
+        turn = (alone[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(corners[split], turn[..., None], axis=1).swapaxes(0, 1)
+        p, q, r = np.take_along_axis(heights[split] - level, turn, axis=1).T[..., None]
+        return face.flat(np.stack([a + (b - a) * p / (p - q), a + (c - a) * p / (p - r)], axis=1))
+
+    def _pieces(self, k: int, face: FlatFace) -> list[tuple]:
+        """A face's pieces, which of their sides are exposed, and whether it was cut."""
+        sheet = face.shell < 0
+        if not sheet and k not in self.crossing:
+            return [(face, self._sides(face, face.middle), False)]
+        lines = self._lines(k, face)
+        inner = face.shape.buffer(-2 * self.off)
+        if not any(line.intersects(inner) for line in lines):
+            point = face.middle
+            if sheet and self._again(k, face, point):
+                return [(face, (False, False), False)]
+            return [(face, self._sides(face, point), False)]
+        cells = self._cells(face, lines)
+        points = np.array([cell.representative_point().coords[0] for cell in cells])
+        sides = [self._sides(face, point[None]) for point in face.solid(points)]
+        if sheet:
+            sides = [(False, False) if self._again(k, face, point[None]) else side
+                     for side, point in zip(sides, face.solid(points), strict=True)]
+            return [piece for each in dict.fromkeys(sides) for piece in self._divided(
+                face, [c for c, side in zip(cells, sides, strict=True) if side == each], each)]
+        return self._beside_contacts(k, face, cells, sides)
+
+    def _beside_contacts(self, k: int, face: FlatFace, cells: list, sides: list) -> list[tuple]:
+        """Pieces of a solid's or the room's face without what is buried. What another face covers in contact
+        stays: the mesh cuts that out."""
+        import shapely
+
+        open_ = [cell for cell, side in zip(cells, sides, strict=True) if side[0]]
+        hidden = shapely.union_all([cell for cell, side in zip(cells, sides, strict=True) if not side[0]])
+        feet = [other.shape for other in self._coplanar(k, face, -1)]
+        if feet:
+            hidden = hidden.difference(shapely.union_all(feet).buffer(4 * self.off, join_style="mitre"))
+        if not open_:
+            return [(face, (False, False), False)]
+        if hidden.area < self.off * face.shape.length:
+            return [(face, (True, False), False)]
+        left = face.shape.difference(hidden, grid_size=self.off / 100)
+        return self._divided(face, list(getattr(left, "geoms", [left])), (True, False))
+
+    def _divided(self, face: FlatFace, cells: list, sides: tuple[bool, bool]) -> list[tuple]:
+        """Cells that are exposed alike as rectangles and polygons, none a sliver."""
+        import shapely
+
+        joined = shapely.union_all(cells, grid_size=self.off / 100)
+        pieces = []
+        for shape in getattr(joined, "geoms", [joined]):
+            if shape.geom_type != "Polygon" or shape.area < self.off * shape.length:
+                continue
+            made = polygon(shape.simplify(self.off / 10), face.origin, face.axes)
+            pieces += rectilinear(made, self.off) or [made]
+        return [(piece, sides, True) for piece in pieces]
+
+    def _lines(self, k: int, face: FlatFace) -> list:
+        """The sections of shells with the planes just before a face, and just behind a sheet, and the
+        outlines of what lies in a sheet's plane, as shapely's lines in the face's axes."""
+        import shapely
+
+        corners = self.triangles[self.crossing.get(k, np.zeros(0, dtype=int))]
+        found = []
+        for level in (self.off, -self.off) if face.shell < 0 else (self.off,):
+            found += list(shapely.linestrings(self._section(face, corners, level)))
+        if face.shell < 0:
+            found += [other.shape.boundary for side in (1, -1) for other in self._coplanar(k, face, side)]
+        return found
+
+    def _coplanar(self, k: int, face: FlatFace, facing: int) -> list[FlatFace]:
+        """Faces of other surfaces, or of other shells, in a face's plane that overlap it and face like it (1)
+        or against it (−1), in its own axes."""
+        near = np.flatnonzero((self.boxes[:, 0] <= self.boxes[k, 1] + self.off).all(axis=1)
+                              & (self.boxes[:, 1] >= self.boxes[k, 0] - self.off).all(axis=1))
+        found = []
+        for other in (self.faces[j] for j in near if j != k):
+            if (other.normal @ face.normal * facing > 1 - OPPOSITE
+                    and np.abs((other.corners - face.origin) @ face.normal).max() < 2 * self.off
+                    and (face.shell < 0 or other.surface != face.surface)):
+                rings = tuple(face.flat(other.solid(ring)) for ring in other.rings)
+                found.append(FlatFace(other.surface, other.shell, other.face, face.origin, face.axes, rings))
+        return found
+
+    def _cells(self, face: FlatFace, lines: list) -> list:
+        import shapely
+
+        shape = face.shape
+        noded = shapely.union_all([shape.boundary, *lines], grid_size=self.off / 100)
+        cells = shapely.get_parts(shapely.polygonize(list(getattr(noded, "geoms", [noded]))))
+        inside = shape.buffer(2 * self.off)
+        return [cell for cell in cells if cell.area > self.off * cell.length and inside.contains(cell)]
+
+    def _again(self, k: int, face: FlatFace, point: np.ndarray) -> bool:
+        """Whether an earlier sheet already is where a place (1, 3) of a sheet is."""
+        import shapely
+
+        place = shapely.Point(face.flat(point)[0])
+        earlier = {id(other.face) for other in self.faces[:k] if other.shell < 0}
+        return any(id(other.face) in earlier and other.shape.contains(place)
+                   for side in (1, -1) for other in self._coplanar(k, face, side))
+
+    def _sides(self, face: FlatFace, point: np.ndarray) -> tuple[bool, bool]:
+        """Whether the front and the back of a face are exposed at a place (1, 3)."""
+        front = self._solid_at(face, point + self.off * face.normal) <= 0
+        if face.shell >= 0:
+            return front, False
+        return front, self._solid_at(face, point - self.off * face.normal) <= 0
+
+    def _solid_at(self, face: FlatFace, point: np.ndarray) -> float:
+        """How many shells enclose a place (1, 3) just off a face in what is not air."""
+        total = 0.0
+        for index, shell in enumerate(self.shells):
+            near = index == 0 or ((self.low[index] <= point[0]) & (point[0] <= self.high[index])).all()
+            met = face.shell < 0 or not self.shared.isdisjoint([(face.shell, index), (index, face.shell)])
+            if index == face.shell:
+                total += shell.own
+            elif near:
+                total += float(shell.solid_at(point)[0]) if met else self._level(face.shell, index)
+        return total
+
+    def _level(self, shell: int, of: int) -> float:
+        """How many times one shell encloses another that it does not cross."""
+        if (shell, of) not in self.levels:
+            triangle = self.shells[shell].triangles[0]
+            normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
+            normal *= self.shells[shell].sign * self.off / np.linalg.norm(normal)
+            place = triangle.mean(axis=0) + (normal if shell else 0 * normal)
+            self.levels[shell, of] = float(self.shells[of].solid_at(place[None])[0])
+        return self.levels[shell, of]
+
+
+def _gathered(pieces: list[tuple], whole: Parts | None) -> Exposed:
+    """Pieces (face, its exposed sides) of a surface; whole : its flat parts, where none was cut."""
+    of_kind = [[(face, sides) for face, sides in pieces if isinstance(face, kind)]
+               for kind in (Rectangle, Polygon, np.ndarray)]
+    sides = tuple(np.array([each for _, each in some], dtype=bool).reshape(-1, 2) for some in of_kind)
+    if whole is None:
+        rectangles, polygons, triangles = ([face for face, _ in some] for some in of_kind)
+        whole = Parts(tuple(rectangles), tuple(polygons), np.array(triangles).reshape(-1, 3, 3))
+    return Exposed(whole, sides)
