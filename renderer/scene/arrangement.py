@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from renderer.scene.faces_in_axes import FaceInAxes
 from renderer.scene.flat import Parts, Polygon, polygon, rectilinear
-from renderer.scene.flat_faces import FlatFace
 from renderer.scene.geometry import Rectangle
 from renderer.scene.shells import Shell
 
@@ -33,7 +33,7 @@ class Exposed:
 class Arrangement:
     """All faces of a room and the closed shells that may cover them."""
 
-    def __init__(self, scale: float, shells: list[Shell], faces: list[FlatFace]):
+    def __init__(self, scale: float, shells: list[Shell], faces: list[FaceInAxes]):
         self.off, self.shells, self.faces = OFF_SURFACE * scale, shells, faces
         self.low, self.high = np.array([shell.bounds for shell in shells]).swapaxes(0, 1)
         self.triangles = np.concatenate([shell.triangles for shell in shells])
@@ -67,7 +67,7 @@ class Arrangement:
             for piece, sides, cut in self._pieces(k, face):
                 changed[face.surface] |= cut
                 if any(sides) or not cut:
-                    kept[face.surface].append((piece.face if isinstance(piece, FlatFace) else piece, sides))
+                    kept[face.surface].append((piece.face if isinstance(piece, FaceInAxes) else piece, sides))
         return [_gathered(pieces, parts if not new else None)
                 for parts, pieces, new in zip(whole, kept, changed, strict=True)]
 
@@ -120,7 +120,7 @@ class Arrangement:
                 total[near & ~asked & (shell == s)] += self._level(int(s), index)
         return dict(zip(some, (total <= 0).tolist(), strict=True))
 
-    def _may_be_cut(self, k: int, face: FlatFace) -> bool:
+    def _may_be_cut(self, k: int, face: FaceInAxes) -> bool:
         """Whether the frame of a section with the plane just before a face reaches into the face's."""
         if k not in self.crossing:
             return False
@@ -129,7 +129,7 @@ class Arrangement:
         return bool(((ends.min(axis=1) <= high) & (ends.max(axis=1) >= low)).all(axis=1).any())
 
     @staticmethod
-    def _section(face: FlatFace, corners: np.ndarray, level: float) -> np.ndarray:
+    def _section(face: FaceInAxes, corners: np.ndarray, level: float) -> np.ndarray:
         """Where triangles (k, 3, 3) meet the plane so far [m] before a face: ends (m, 2, 2) in its axes."""
         heights = (corners - face.origin) @ face.normal
         above = heights > level
@@ -140,7 +140,7 @@ class Arrangement:
         p, q, r = np.take_along_axis(heights[split] - level, turn, axis=1).T[..., None]
         return face.flat(np.stack([a + (b - a) * p / (p - q), a + (c - a) * p / (p - r)], axis=1))
 
-    def _pieces(self, k: int, face: FlatFace) -> list[tuple]:
+    def _pieces(self, k: int, face: FaceInAxes) -> list[tuple]:
         """A face's pieces, which of their sides are exposed, and whether it was cut."""
         sheet = face.shell < 0
         if not sheet and k not in self.crossing:
@@ -162,7 +162,7 @@ class Arrangement:
                 face, [c for c, side in zip(cells, sides, strict=True) if side == each], each)]
         return self._beside_contacts(k, face, cells, sides)
 
-    def _beside_contacts(self, k: int, face: FlatFace, cells: list, sides: list) -> list[tuple]:
+    def _beside_contacts(self, k: int, face: FaceInAxes, cells: list, sides: list) -> list[tuple]:
         """Pieces of a solid's or the room's face without what is buried. What another face covers in contact
         stays: the mesh cuts that out."""
         import shapely
@@ -179,7 +179,7 @@ class Arrangement:
         left = face.shape.difference(hidden, grid_size=self.off / 100)
         return self._divided(face, list(getattr(left, "geoms", [left])), (True, False))
 
-    def _divided(self, face: FlatFace, cells: list, sides: tuple[bool, bool]) -> list[tuple]:
+    def _divided(self, face: FaceInAxes, cells: list, sides: tuple[bool, bool]) -> list[tuple]:
         """Cells that are exposed alike as rectangles and polygons, none a sliver."""
         import shapely
 
@@ -192,7 +192,7 @@ class Arrangement:
             pieces += rectilinear(made, self.off) or [made]
         return [(piece, sides, True) for piece in pieces]
 
-    def _lines(self, k: int, face: FlatFace) -> list:
+    def _lines(self, k: int, face: FaceInAxes) -> list:
         """The sections of shells with the planes just before a face, and just behind a sheet, and the
         outlines of what lies in a sheet's plane, as shapely's lines in the face's axes."""
         import shapely
@@ -205,7 +205,7 @@ class Arrangement:
             found += [other.shape.boundary for side in (1, -1) for other in self._coplanar(k, face, side)]
         return found
 
-    def _coplanar(self, k: int, face: FlatFace, facing: int) -> list[FlatFace]:
+    def _coplanar(self, k: int, face: FaceInAxes, facing: int) -> list[FaceInAxes]:
         """Faces of other surfaces, or of other shells, in a face's plane that overlap it and face like it (1)
         or against it (−1), in its own axes."""
         near = np.flatnonzero((self.boxes[:, 0] <= self.boxes[k, 1] + self.off).all(axis=1)
@@ -216,10 +216,11 @@ class Arrangement:
                     and np.abs((other.corners - face.origin) @ face.normal).max() < 2 * self.off
                     and (face.shell < 0 or other.surface != face.surface)):
                 rings = tuple(face.flat(other.solid(ring)) for ring in other.rings)
-                found.append(FlatFace(other.surface, other.shell, other.face, face.origin, face.axes, rings))
+                own = other.surface, other.shell, other.face
+                found.append(FaceInAxes(*own, face.origin, face.axes, rings))
         return found
 
-    def _cells(self, face: FlatFace, lines: list) -> list:
+    def _cells(self, face: FaceInAxes, lines: list) -> list:
         import shapely
 
         shape = face.shape
@@ -228,7 +229,7 @@ class Arrangement:
         inside = shape.buffer(2 * self.off)
         return [cell for cell in cells if cell.area > self.off * cell.length and inside.contains(cell)]
 
-    def _again(self, k: int, face: FlatFace, point: np.ndarray) -> bool:
+    def _again(self, k: int, face: FaceInAxes, point: np.ndarray) -> bool:
         """Whether an earlier sheet already is where a place (1, 3) of a sheet is."""
         import shapely
 
@@ -237,14 +238,14 @@ class Arrangement:
         return any(id(other.face) in earlier and other.shape.contains(place)
                    for side in (1, -1) for other in self._coplanar(k, face, side))
 
-    def _sides(self, face: FlatFace, point: np.ndarray) -> tuple[bool, bool]:
+    def _sides(self, face: FaceInAxes, point: np.ndarray) -> tuple[bool, bool]:
         """Whether the front and the back of a face are exposed at a place (1, 3)."""
         front = self._solid_at(face, point + self.off * face.normal) <= 0
         if face.shell >= 0:
             return front, False
         return front, self._solid_at(face, point - self.off * face.normal) <= 0
 
-    def _solid_at(self, face: FlatFace, point: np.ndarray) -> float:
+    def _solid_at(self, face: FaceInAxes, point: np.ndarray) -> float:
         """How many shells enclose a place (1, 3) just off a face in what is not air."""
         total = 0.0
         for index, shell in enumerate(self.shells):

@@ -9,8 +9,8 @@ import numpy as np
 import trimesh
 
 from renderer.scene.arrangement import OFF_SURFACE, Arrangement, Exposed
+from renderer.scene.faces_in_axes import faces_of
 from renderer.scene.flat import Parts, flat_parts
-from renderer.scene.flat_faces import faces_of
 from renderer.scene.room import Room
 from renderer.scene.shells import Shell, components, solids_of
 

@@ -10,7 +10,7 @@ from renderer.system.lazy import cached_property
 
 
 @dataclass(frozen=True)
-class FlatFace:
+class FaceInAxes:
     """A flat part in its own axes. shell : the one it is part of; −1 of a sheet; order : in its surface"""
 
     surface: int
@@ -48,19 +48,19 @@ class FlatFace:
         return self.origin + points @ self.axes
 
 
-def faces_of(surface: int, shell: int, parts: Parts) -> list[FlatFace]:
+def faces_of(surface: int, shell: int, parts: Parts) -> list[FaceInAxes]:
     found = []
     for face in parts.rectangles:
         sides = np.linalg.norm(face.u), np.linalg.norm(face.v)
         axes = np.stack([face.u / sides[0], face.v / sides[1]])
         ring = np.array([[0, 0], [sides[0], 0], sides, [0, sides[1]]])
-        found.append(FlatFace(surface, shell, face, face.corner, axes, (ring,)))
-    found += [FlatFace(surface, shell, face, face.origin, face.axes, face.rings) for face in parts.polygons]
+        found.append(FaceInAxes(surface, shell, face, face.corner, axes, (ring,)))
+    found += [FaceInAxes(surface, shell, face, face.origin, face.axes, face.rings) for face in parts.polygons]
     for triangle in parts.triangles:
         x, y = triangle[1] - triangle[0], triangle[2] - triangle[0]
         normal, x = np.cross(x, y), x / (np.linalg.norm(x) or 1.0)
         across = np.cross(normal, x)
         axes = np.stack([x, across / (np.linalg.norm(across) or 1.0)])
         ring = (triangle - triangle[0]) @ axes.T
-        found.append(FlatFace(surface, shell, triangle, triangle[0], axes, (ring,)))
+        found.append(FaceInAxes(surface, shell, triangle, triangle[0], axes, (ring,)))
     return found
