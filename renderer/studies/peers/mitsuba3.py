@@ -40,6 +40,8 @@ from renderer.studies.peers.export import (
 NAME = "Mitsuba 3"
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 """Compiled for this processor, some ten times as fast, or plain C++, which needs no LLVM."""
+SPECTRAL_VARIANTS = ("llvm_ad_spectral", "scalar_spectral")
+"""The same with four wavelengths a path; Handover.luminous is then (1,)."""
 PIXELS = 16
 PATHS = 1024
 """Paths a pixel in one pass."""
@@ -123,7 +125,7 @@ def read(room: Handover, meter: Meter, stream: int, precision: float = PRECISION
     while True:
         pixels = np.array(mi.render(scene, sensor=camera, integrator=integrator, spp=PATHS,
                                     seed=stream * PASSES + len(batches)), dtype=float)
-        batches.append(np.pi * pixels.reshape(-1, 3) @ room.luminous)
+        batches.append(np.pi * pixels.reshape(-1, len(room.luminous)) @ room.luminous)
         got = value(np.concatenate(batches))
         if got.half_width <= precision * got.lx or time.perf_counter() - started > seconds:
             return got
@@ -180,7 +182,8 @@ def _batch_passes(room: Handover, stream: int, paths: Iterable[int]) -> Iterator
                                           "sampler": {"type": "multijitter", "sample_count": each}})
         pixels = np.array(mi.render(scene, sensor=sensors[each], integrator=integrator, spp=each,
                                     seed=stream * PASSES + k), dtype=float)
-        lx = np.pi * pixels @ room.luminous  # (PIXELS, PIXELS · meters)
+        shape = PIXELS, PIXELS * count, len(room.luminous)
+        lx = np.pi * pixels.reshape(shape) @ room.luminous
         yield lx.reshape(PIXELS, count, PIXELS).transpose(1, 0, 2).reshape(count, -1)
 
 
@@ -191,11 +194,12 @@ def scene_dict(room: Handover, *meters: Meter) -> dict:
     surfaces = list(room.surfaces)
     for meter in meters:
         u, v = (TINY / 4 * MAX_EDGE * x for x in across(meter.normal))
-        surfaces.append(Surface([meter.position + np.array([-u - v, u - v, u + v, v - u])], np.ones(3)))
+        white = np.ones(len(room.surfaces[0].reflectance))
+        surfaces.append(Surface([meter.position + np.array([-u - v, u - v, u + v, v - u])], white))
     parts = {f"surface{k}": _mesh(s, f"surface{k}") for k, s in enumerate(surfaces)}
     for k, point in enumerate(room.points):
         parts[f"point{k}"] = {"type": "point", "position": point.center.tolist(),
-                              "intensity": _rgb(point.intensity)}
+                              "intensity": _colour(point.intensity)}
     return {"type": "scene", **{key: mi.load_dict(p) if isinstance(p, dict) else p
                                 for key, p in parts.items()}}
 
@@ -214,7 +218,10 @@ def _camera(meter: Meter) -> dict:
 
 
 def _film() -> dict:
-    return {"type": "hdrfilm", "width": PIXELS, "height": PIXELS, "pixel_format": "rgb",
+    import mitsuba as mi
+
+    kind = "luminance" if mi.variant() in SPECTRAL_VARIANTS else "rgb"
+    return {"type": "hdrfilm", "width": PIXELS, "height": PIXELS, "pixel_format": kind,
             "rfilter": {"type": "box"}}
 
 
@@ -229,9 +236,9 @@ def _mesh(surface: Surface, name: str):
         triangles += [(first, first + k, first + k + 1) for k in range(1, len(polygon) - 1)]
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict({"type": "twosided", "both": {
-        "type": "diffuse", "reflectance": _rgb(surface.reflectance)}})
+        "type": "diffuse", "reflectance": _colour(surface.reflectance)}})
     if surface.radiance is not None:
-        properties["emitter"] = mi.load_dict({"type": "area", "radiance": _rgb(surface.radiance)})
+        properties["emitter"] = mi.load_dict({"type": "area", "radiance": _colour(surface.radiance)})
     mesh = mi.Mesh(name, len(corners), len(triangles), props=properties)
     arrays = mi.traverse(mesh)
     arrays["vertex_positions"] = np.ravel(corners)
@@ -240,5 +247,11 @@ def _mesh(surface: Surface, name: str):
     return mesh
 
 
-def _rgb(values: np.ndarray) -> dict:
-    return {"type": "rgb", "value": values.tolist()}
+def _colour(values: np.ndarray) -> dict:
+    """Three values as RGB; more as a spectrum at equal steps over 360–830 nm."""
+    if len(values) == 3:
+        return {"type": "rgb", "value": values.tolist()}
+    if np.ptp(values) == 0:
+        return {"type": "uniform", "value": float(values[0])}
+    return {"type": "regular", "wavelength_min": 360.0, "wavelength_max": 830.0,
+            "values": ", ".join(map(repr, map(float, values)))}
