@@ -5,6 +5,7 @@ import json
 
 import pytest
 
+import renderer
 from renderer.readings.finding import (
     Comparison,
     Finding,
@@ -113,6 +114,22 @@ def test_a_sweep_says_where_rgb_is_farthest_off(tmp_path):
     assert sweep_finding(table) == [
         "RGB is off by more than the error bar in 1 of 2 readings, by 7 % in the median; it is worst with "
         "scene a, red 2, photometer floor: 7.0 % too dark."]
+
+
+def test_a_grid_s_mean_and_its_worst_point_have_their_own_bars(room):
+    from renderer.readings.finding import of_grid
+    from renderer.records.json_records import grid_record
+
+    scene = room({"rgb": [0.7, 0.1, 0.1]}, grids=[
+        {"name": "task", "origin": [0.5, 0.5, 0.75], "u": [3, 0, 0], "v": [0, 3, 0], "spacing": 1.0}])
+    reading = renderer.solve(scene, "31", 0.05).grid("task")
+    mean, worst = of_grid(reading)
+    error = grid_record(reading)["rgb_error_percent"]
+    assert (error["mean"], error["worst"]) == (mean.percent, worst.percent)
+    assert (error["mean_bar"], error["worst_bar"]) == (mean.bar_percent, worst.bar_percent)
+    # The point's bar is from its own half-width, which is wider than the mean's.
+    assert worst.bar == reading.uncertainty[reading.worst_point]
+    assert error["worst_bar"] > error["mean_bar"] > 0
 
 
 def test_a_photometer_says_it_and_agrees_with_rgb_itself(here, tmp_path):

@@ -7,7 +7,7 @@ import numpy as np
 from renderer.colour.lamps import mean_light
 from renderer.readings.alpha_opic import RECEPTORS, alpha_opic_irradiance, daylight_ratio, equivalent_daylight
 from renderer.readings.colorimetry import COLOUR, MAX_DUV, chromaticity, colour_of, colour_temperature
-from renderer.readings.finding import rgb_error_percent
+from renderer.readings.finding import of_grid, rgb_error_percent
 from renderer.readings.glare import Glare
 from renderer.readings.grid import GridReading
 from renderer.readings.reading import Reading
@@ -112,13 +112,13 @@ def grid_record(reading: GridReading) -> dict:
 
 
 def _grid_errors(reading: GridReading) -> dict | None:
-    """Error of RGB against 31 bands [%]: of the mean, and at the point where it is largest."""
+    """Error of RGB against 31 bands [%] and its bar: of the mean, and at the point where it is largest."""
     if reading.rgb is None:
         return None
-    k = reading.worst_point
-    return {"mean": reading.rgb_error_percent,
-            "worst": rgb_error_percent(float(reading.rgb[k]), float(reading.total[k])),
-            "worst_position": reading.grid.points[reading.read][k].tolist()}
+    mean, worst = of_grid(reading)
+    return {"mean": mean.percent, "mean_bar": mean.bar_percent, "worst": worst.percent,
+            "worst_bar": worst.bar_percent,
+            "worst_position": reading.grid.points[reading.read][reading.worst_point].tolist()}
 
 
 def escaped(solution: Solution) -> list[dict]:

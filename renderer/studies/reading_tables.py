@@ -69,9 +69,15 @@ def _grids(title: str, record: dict) -> Table:
         rows.append([g["name"], "{} × {}".format(*g["counts"]), str(g["left_out"]),
                      "{:.3g} × {:.3g}".format(*g["cell_m"]), *figures, uniformity,
                      *(("–", "–") if g["rgb_error_percent"] is None else
-                       (signed(g["rgb_error_percent"][k]) for k in ("mean", "worst")))])
+                       (_with_bar(g["rgb_error_percent"], k) for k in ("mean", "worst")))])
     return Table(f"{title}: grids", ["grid", "points", "left out", "cell m", "Ē lx", "E_min lx", "E_max lx",
                                      "U₀", "RGB, mean", "RGB, worst"], rows)
+
+
+def _with_bar(error: dict, key: str) -> str:
+    """An error of RGB and its bar [%]: "+5.2 % ± 0.02"."""
+    percent, bar = error[key], error[f"{key}_bar"]
+    return signed(percent) if percent is None else f"{signed(percent)} ± {bar:.2g}"
 
 
 def photometer_rows(record: dict) -> list[dict]:

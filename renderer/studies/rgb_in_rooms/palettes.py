@@ -59,9 +59,11 @@ class Painting:
     curves: np.ndarray
 
 
-def paintings(scene: Scene, random: np.random.Generator, counts: tuple[int, int, int]) -> list[Painting]:
-    """Paintings of a room: so many of each palette. Luminaires' faces stay black."""
-    known, made = chips(), []
+def paintings(scene: Scene, random: np.random.Generator, counts: tuple[int, int, int],
+              known: Chips | None = None) -> list[Painting]:
+    """Paintings of a room: so many of each palette, from the measured chips unless others are given.
+    Luminaires' faces stay black."""
+    known, made = known or chips(), []
     for palette, count in zip(PALETTES, counts, strict=True):
         for _ in range(count):
             made.append(_painting(known, palette, scene, random))

@@ -73,7 +73,7 @@ def studied(task: RoomTask) -> dict[str, np.ndarray]:
     geometry_seconds = time.process_time() - began
     random = np.random.default_rng((task.seed, abs(task.number), task.number < 0))
     painted = paintings(scene, random, PAINTINGS)
-    solved = [_solved(gains, painting) for painting in painted]
+    solved = [solve_painting(gains, painting) for painting in painted]
     nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     reflecting = one_paint(scene, np.ones(81), "", "", 0).curves[:, :1]
     return {
@@ -152,7 +152,7 @@ def _stands_free(scene: Scene, point: np.ndarray) -> bool:
     return not any(body.mesh.contains([point + [0, 0, 1e-3]])[0] for body in scene.bodies)
 
 
-def _solved(gains: RoomGains, painting: Painting) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def solve_painting(gains: RoomGains, painting: Painting) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Totals (n_lamps, 1 + n_models, 4) of one painting, and its indirect gains by model, as in `studied`."""
     lamps = lamp_models()
     columns: dict[tuple[str, str], np.ndarray] = {}
