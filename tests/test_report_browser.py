@@ -26,7 +26,7 @@ pytestmark = pytest.mark.skipif(
     "apt-get install chromium chromium-driver)")
 SWITCHES = (("light", "direct"), ("light", "total"), ("rightBands", "rgb"), ("mode", "pseudocolour"),
             ("rightBands", "31"), ("quantity", "illuminance"), ("rightBands", "difference"))
-LEFT, RIGHT, DOWN, ENTER = "\ue012", "\ue014", "\ue015", "\ue007"
+LEFT, RIGHT, DOWN, ENTER, TAB = "\ue012", "\ue014", "\ue015", "\ue007", "\ue004"
 
 
 @pytest.fixture(scope="module")
@@ -266,6 +266,90 @@ return [...document.querySelectorAll('button, input, select, [role=application]'
     ids = page.execute_script("return [...document.querySelectorAll('[id]')].map(each => each.id)")
     assert len(ids) == len(set(ids))
     assert page.execute_script("return document.querySelectorAll('h1, main').length") == 2
+
+
+STATES = {
+    "as it opens": "",
+    "unfolded": "document.querySelectorAll('details').forEach(each => { each.open = true; })",
+    "in the other theme": "document.querySelector('#theme').click()",
+    "in pseudocolour": "document.querySelector('[name=mode][value=pseudocolour]').click()",
+    "projecting": "document.querySelector('#project').click()",
+}
+
+
+def test_axe_finds_nothing_serious(page):
+    from axe_core_python.base import AXE_SCRIPT
+
+    page.execute_script(AXE_SCRIPT)
+    for state, act in STATES.items():
+        page.execute_script(act)
+        violations = page.execute_async_script(
+            "axe.run(document, {resultTypes: ['violations']}).then(arguments[0])")["violations"]
+        assert [(v["id"], v["nodes"][0]["html"]) for v in violations
+                if v["impact"] in ("serious", "critical")] == [], state
+
+
+def test_every_control_answers_to_the_keyboard(page):
+    from selenium.webdriver import ActionChains
+
+    def now(script):
+        return page.execute_script(f"const at = document.activeElement; return {script}")
+
+    wanted = set(page.execute_script("""
+return [...document.querySelectorAll('button, input, select, summary, [tabindex]')]
+  .filter(each => each.checkVisibility() && !each.disabled && (each.type !== 'radio' || each.checked))
+  .map(each => (each.dataset.key = each.id || each.name || each.outerHTML.slice(0, 60)))"""))
+    page.execute_script("document.activeElement.blur(); window.scrollTo(0, 0)")
+    reached = set()
+    for _ in range(3 * len(wanted)):
+        ActionChains(page, duration=0).send_keys(TAB).perform()
+        key = now("at.dataset.key")
+        reached.add(key)
+        if key == "layout":  # a row of radio buttons: arrow keys choose
+            ActionChains(page, duration=0).send_keys(RIGHT).perform()
+            assert now("at.checked && at.value") == "beside"
+            ActionChains(page, duration=0).send_keys(LEFT).perform()
+            assert now("at.checked && at.value") == "over"
+        if reached >= wanted:
+            break
+    assert wanted - reached == set()
+    tile = page.find_elements("css selector", "#tiles button")[0]
+    tile.send_keys(ENTER)
+    assert page.find_elements("css selector", "#tiles button")[0].get_attribute("aria-pressed") == "true"
+
+
+def tap(page, element, across=0.5):
+    """One finger, put down on an element and lifted; across : how far from its left end."""
+    page.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
+    x, y, wide, high = page.execute_script(
+        "const b = arguments[0].getBoundingClientRect(); return [b.x, b.y, b.width, b.height]", element)
+    finger = {"x": x + across * wide, "y": y + high / 2}
+    for kind, points in (("touchStart", [finger]), ("touchEnd", [])):
+        page.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+
+def test_every_control_answers_to_a_finger(page):
+    for which in range(3):
+        tap(page, page.find_elements("css selector", "#tiles button")[which])
+        waited(lambda which=which: page.find_elements("css selector", "#tiles button")[which].get_attribute(
+            "aria-pressed") == "true")
+    slider = one(page, "#wipe input")
+    tap(page, slider, across=0.25)
+    waited(lambda: abs(float(slider.get_property("value")) - 25) <= 2)
+    for switch in ("layout=beside", "light=direct", "light=total", "mode=pseudocolour",
+                   "quantity=illuminance", "mode=picture"):
+        button = one(page, "[name={}][value={}]".format(*switch.split("=")))
+        tap(page, button)
+        waited(lambda button=button: button.is_selected())
+    theme = one(page, "body").value_of_css_property("background-color")
+    tap(page, one(page, "#theme"))
+    waited(lambda: one(page, "body").value_of_css_property("background-color") != theme)
+    tap(page, one(page, "#a .frame"))
+    waited(lambda: one(page, "#kept").is_displayed())
+    tap(page, one(page, ".card button"))
+    waited(lambda: not one(page, "#kept").is_displayed())
+    tap(page, one(page, "#project"))
+    waited(lambda: not one(page, "#controls").is_displayed())
 
 
 def test_the_photometer_in_the_picture_reads_what_the_program_reads(page, report):
