@@ -26,7 +26,7 @@ from renderer.scene.model_files.read import read_polygons
 from renderer.scene.model_files.triangulate import triangles_of_polygons
 from renderer.scene.scene import Scene
 from renderer.studies.peers import mitsuba3
-from renderer.studies.peers.export import MAX_EDGE, CannotRun, Handover, Surface, hand_over
+from renderer.studies.peers.export import MAX_EDGE, CannotRun, Handover, PeerSurface, hand_over
 
 SIZE = np.array([4.0, 4.0, 2.8])
 LONGEST = 1.2
@@ -105,7 +105,7 @@ def handed_over(scene: Scene, triangles: np.ndarray, of_room: bool) -> Handover:
     kept += made.surfaces[:0 if of_room else len(scene.room.surfaces)]
     scale, middle = MAX_EDGE / scene.room.scale, scene.room.bounds.mean(axis=0)
     large = triangles[trimesh.triangles.area(triangles) > 0]
-    own = Surface(list((large - middle) * scale), np.full(3, RHO))
+    own = PeerSurface(list((large - middle) * scale), np.full(3, RHO))
     return Handover([*kept, own], made.points, made.meters, made.luminous)
 
 

@@ -1,4 +1,4 @@
-"""What a Python user calls: scenes, solutions and what they read, with every wrong argument refused."""
+"""The package's Python interface: scenes, solutions and readings, with checks of all arguments."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from renderer.readings.luminance import cone
 from renderer.readings.reading import Reading
 from renderer.readings.uncertainty import Figure
 from renderer.scene import reading as scene_reading
+from renderer.scene.meter_tables import MAX_ACCEPTANCE_DEG, MIN_ACCEPTANCE_DEG
 from renderer.scene.scene import Scene as LoadedScene
 from renderer.solving.measure import mean_luminance, rate_glare, read_grid
 from renderer.solving.solution import Solution as Solved
@@ -34,12 +35,8 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import ArrayLike
 
-Source: TypeAlias = "str | PathLike[str] | Mapping[str, Any]"
-"""What a scene is loaded from: a file's path, a packaged room's name, a dict of a scene file's keys."""
-NARROWEST, WIDEST = 0.01, 120.0
-"""Full acceptance angles of a luminance meter [degrees]."""
-TINY = 1e-9
-"""Length below which a direction has none."""
+SceneSource: TypeAlias = "str | PathLike[str] | Mapping[str, Any]"
+"""Source of a scene: a file's path, a packaged room's name, or a dict with the keys of a scene file."""
 
 
 class Scene(LoadedScene):
@@ -125,8 +122,9 @@ class Solution(Solved):
         >>> wall.value > 20 * wall.uncertainty > 0
         True
         """
-        if not (_is_number(angle, Real) and NARROWEST <= angle <= WIDEST):
-            raise InputError(f"angle is {quoted(angle)}; must be from {NARROWEST:g} to {WIDEST:g} degrees.")
+        low, high = MIN_ACCEPTANCE_DEG, MAX_ACCEPTANCE_DEG
+        if not (_is_number(angle, Real) and low <= angle <= high):
+            raise InputError(f"angle is {quoted(angle)}; must be from {low:g} to {high:g} degrees.")
         axis = cone(_direction(direction, "direction"), float(angle), self.scene.solver.seed)
         return mean_luminance(self, _vector(position, "position"), axis, str(name))
 
@@ -179,7 +177,7 @@ class Solution(Solved):
         return html(self)
 
 
-def load(source: Source, folder: str | PathLike[str] = ".") -> Scene:
+def load(source: SceneSource, folder: str | PathLike[str] = ".") -> Scene:
     """Read and check a scene: a file, a packaged room by its name, or a dict of the same keys as a file.
 
     folder : of a dict, where the files lie that it names. Raises InputError, in one sentence.
@@ -197,7 +195,7 @@ def load(source: Source, folder: str | PathLike[str] = ".") -> Scene:
     return _scene(scene_reading.load(source, Path(os.fsdecode(folder))))
 
 
-def solve(scene: Scene | Source, bands: str | None = None, accuracy: float | None = None,
+def solve(scene: Scene | SceneSource, bands: str | None = None, accuracy: float | None = None,
           seed: int | None = None, *, store: TransportStore | None = None,
           progress: Progress | None = None) -> Solution:
     """Solve a scene; what is not given is taken from its [solver] table.
@@ -273,7 +271,7 @@ def _vector(given: ArrayLike, name: str) -> np.ndarray:
 def _direction(given: ArrayLike, name: str) -> np.ndarray:
     """Three finite numbers (3,) that have a length. Raises InputError."""
     vector = _vector(given, name)
-    if np.abs(vector).max() < TINY:
+    if np.abs(vector).max() < 1e-9:
         raise InputError(f"{name} is {quoted(given)}, which has no length; give a direction, as [0, 0, 1].")
     unit: np.ndarray = vector / np.linalg.norm(vector)
     return unit

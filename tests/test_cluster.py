@@ -11,7 +11,7 @@ from renderer.errors import InputError, SolveError
 from renderer.solving.solution import solve
 from renderer.solving.transport_store import TransportStore
 from renderer.studies import cluster as module
-from renderer.studies.cluster import as_done, connected, rows_on
+from renderer.studies.cluster import as_done, connected_client, rows_on
 from renderer.transport.factors import hemisphere_rays, pair_rays
 from renderer.transport.factors.hemisphere_rays import cast
 from renderer.transport.transport import compute_transport
@@ -74,7 +74,10 @@ def _die():
 
 
 def test_a_task_that_kills_every_worker_is_said_in_one_sentence(cluster):
-    with connected(cluster.scheduler_address) as client, pytest.raises(SolveError, match="died at one task"):
+    with (
+        connected_client(cluster.scheduler_address) as client,
+        pytest.raises(SolveError, match="died at one task"),
+    ):
         list(as_done([client.submit(_die)], client))
 
 
@@ -86,7 +89,7 @@ def test_workers_with_another_program_are_refused(cluster, monkeypatch):
 
 def test_a_scheduler_without_workers_is_refused(monkeypatch):
     distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
-    monkeypatch.setattr(module, "PATIENCE", 0.5)
+    monkeypatch.setattr(module, "ANSWER_TIMEOUT_S", 0.5)
     with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty, \
             pytest.raises(InputError, match="has no workers"):
         rows_on(empty.scheduler_address)
@@ -103,7 +106,7 @@ def test_a_scheduler_that_goes_away_is_said_in_one_sentence():
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere", ""])
 def test_a_wrong_address_is_one_sentence(here, monkeypatch, tmp_path, address):
-    monkeypatch.setattr(module, "PATIENCE", 0.5)
+    monkeypatch.setattr(module, "ANSWER_TIMEOUT_S", 0.5)
     done = here("photometer", "furnished_room", "--scheduler", address, "--quiet", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1

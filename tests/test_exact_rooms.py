@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 import renderer
 from renderer.studies.validation.exact.coverage import read
-from renderer.studies.validation.exact.geometry import Body, box, factor
+from renderer.studies.validation.exact.geometry import ConvexBody, box, factor
 from renderer.studies.validation.exact.many_bounces import ParallelFaces
 from renderer.studies.validation.exact.one_bounce import Lamp, OneBounce
-from renderer.studies.validation.exact.rooms import KINDS, exact_room
+from renderer.studies.validation.exact.rooms import EXACT_ROOM_KINDS, exact_room
 
 UP = np.array([0.0, 0.0, 1.0])
 CEILING = np.array([[0, 0, 2.8], [0, 4, 2.8], [5, 4, 2.8], [5, 0, 2.8]])
@@ -80,7 +80,7 @@ def test_the_light_of_a_flat_lamp_past_a_crate_is_that_of_points_all_over_it():
     center, size = np.array([2.5, 2.0, 2.2]), [1.0, 0.6, 0]
     meters = [(np.array([0.0, 1.0, 1.2]), np.array([1.0, 0, 0]))]
     flat = OneBounce(Lamp(1000, center, -UP, center + SQUARE[::-1] * size), ((FLOOR, 0.7),), (crate,))
-    plate = Body((center + SQUARE * size - [0, 0, -1e-6],))  # points have no body: give them the lamp's
+    plate = ConvexBody((center + SQUARE * size - [0, 0, -1e-6],))  # points have no body: give them the lamp's
     x, w = np.polynomial.legendre.leggauss(4)
     for position, normal in meters:
         mean = sum(wi * wj / 4 * OneBounce(Lamp(1000, center + np.array([xi, xj, 0]) / 2 * size, -UP),
@@ -111,7 +111,7 @@ def test_more_nodes_tell_nothing_new_of_light_to_and_fro(monkeypatch):
 
 
 @settings(max_examples=2, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-@given(kind=st.sampled_from(list(KINDS)), seed=st.integers(0, 10_000))
+@given(kind=st.sampled_from(list(EXACT_ROOM_KINDS)), seed=st.integers(0, 10_000))
 def test_no_exact_room_is_read_far_outside_its_bar(tmp_path_factory, kind, seed):
     got = read(seed, kind, 0.05, tmp_path_factory.mktemp("exact"))
     error, bar = np.abs(got.rows).T

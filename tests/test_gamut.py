@@ -16,19 +16,19 @@ from renderer.colour.tables import munsell_chips
 from renderer.colour.upsampling import cube, mallett_2019, munsell_eigen
 from renderer.solving.transport_store import TransportStore
 from renderer.studies.gamut import (
-    CEILING,
+    MAX_REFLECTANCE,
     MODELS,
     NAMED,
     analyse,
     classify,
     continuum,
     largest_ratios,
+    shares_of_right,
     smallest_ratios,
     spectra_in,
     sumpner,
-    within,
 )
-from renderer.studies.gamut_files import COLUMNS
+from renderer.studies.gamut_files import GAMUT_COLUMNS
 from renderer.studies.repainted_room import painted_material, painted_room
 
 PLACE = sumpner(illuminant("D65", "test"))
@@ -101,23 +101,23 @@ def test_the_bounds_have_no_gap_in_the_cube():
 
 def test_spectra_that_jump_attain_the_largest_sum():
     rng = np.random.default_rng(3)
-    spectra = CEILING * (rng.random((50, len(NM))) < rng.random((50, 1)))
+    spectra = MAX_REFLECTANCE * (rng.random((50, len(NM))) < rng.random((50, 1)))
     sums = (WEIGHTS / (1 - spectra)).sum(axis=1)
-    np.testing.assert_allclose(sums, highest_sum(spectra @ WEIGHTS, CEILING), rtol=1e-12)
+    np.testing.assert_allclose(sums, highest_sum(spectra @ WEIGHTS, MAX_REFLECTANCE), rtol=1e-12)
 
 
 def test_any_spectrum_lies_between_the_bounds_of_its_colour():
     rng = np.random.default_rng(5)
     _, nm, chips = munsell_chips()
     measured = np.stack([np.interp(NM, nm, chip) for chip in chips[::5]])
-    random = CEILING * rng.random((100, len(NM))) ** rng.uniform(0.2, 5, (100, 1))
+    random = MAX_REFLECTANCE * rng.random((100, len(NM))) ** rng.uniform(0.2, 5, (100, 1))
     steps = np.repeat(rng.random((100, 50)), 10, axis=1)[:, : len(NM)]
-    coarse = CEILING * steps ** rng.uniform(0.2, 5, (100, 1))
+    coarse = MAX_REFLECTANCE * steps ** rng.uniform(0.2, 5, (100, 1))
     spectra = np.vstack([measured, random, coarse])
     low, _ = lowest_sum(spectra @ FUNCTIONAL.T, FUNCTIONAL, WEIGHTS)
     sums = (WEIGHTS / (1 - spectra)).sum(axis=1)
     assert (sums >= low - 1e-9).all()
-    assert (sums <= highest_sum(spectra @ WEIGHTS, CEILING) + 1e-9).all()
+    assert (sums <= highest_sum(spectra @ WEIGHTS, MAX_REFLECTANCE) + 1e-9).all()
 
 
 def test_black_is_right_and_grey_has_no_smaller_sum_than_its_own():
@@ -145,13 +145,13 @@ def test_what_a_bound_says_of_a_colour():
 
 
 def test_shares_are_counted_with_their_limits():
-    np.testing.assert_allclose(within(np.array([1.0, 1.05, 0.9, 1.2, np.inf])), [0.4, 0.6, 0.8])
+    np.testing.assert_allclose(shares_of_right(np.array([1.0, 1.05, 0.9, 1.2, np.inf])), [0.4, 0.6, 0.8])
 
 
 def test_real_paints_are_mostly_right(gamut):
-    shares = within(gamut.ratios(gamut.chips, "rgb"))[:, 2]
+    shares = shares_of_right(gamut.ratios(gamut.chips, "rgb"))[:, 2]
     assert ((shares >= 0.97) & (shares <= 0.99)).all()  # measured beforehand
-    filtered = within(gamut.ratios(gamut.chips, "prefiltered"))[:, 2]
+    filtered = shares_of_right(gamut.ratios(gamut.chips, "prefiltered"))[:, 2]
     assert (filtered >= shares).all()
 
 
@@ -245,9 +245,18 @@ def test_the_command_writes_the_stated_table(here, tmp_path):
     with (out / "gamut.csv").open() as file:
         reader = csv.DictReader(file)
         rows = [r for r in reader if r["method"] == "mallett-2019" and r["reading"] == "total illuminance"]
-    assert tuple(reader.fieldnames) == COLUMNS
-    assert COLUMNS == ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio",
-                       "rgb_error_percent")
+    assert tuple(reader.fieldnames) == GAMUT_COLUMNS
+    assert GAMUT_COLUMNS == (
+        "r",
+        "g",
+        "b",
+        "method",
+        "reading",
+        "luminance_rgb",
+        "luminance_spectral",
+        "ratio",
+        "rgb_error_percent",
+    )
     assert len(rows) == 1000
     for r in rows[::111]:  # greys
         assert float(r["luminance_rgb"]) == pytest.approx(1 / (1 - float(r["r"])), rel=1e-5)

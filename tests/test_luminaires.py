@@ -12,7 +12,7 @@ from renderer.radiometry.polygons import polygon_factors
 from renderer.scene.mounting import seated
 from renderer.scene.photometric.files import read_photometry
 from renderer.scene.reading import packaged_scenes
-from renderer.studies.luminaire import record_of
+from renderer.studies.luminaire import photometry_record
 from renderer.transport.direct.direct import unoccluded
 from renderer.transport.mesh.build import build_mesh
 
@@ -299,7 +299,7 @@ def test_error_bars_hold_under_measured_luminaires(lit, name, keys):
 
 def test_beam_angles_and_spacing_of_a_lambertian_luminaire(tmp_path):
     (tmp_path / "lamp.ies").write_text(ies(COSINE, DEGREE, lumens=6))
-    record = record_of(read_photometry(tmp_path / "lamp.ies", "FILE"), tmp_path / "lamp.ies")
+    record = photometry_record(read_photometry(tmp_path / "lamp.ies", "FILE"), tmp_path / "lamp.ies")
     plane = record["planes"]["C90–C270"]
     assert plane["beam_angle_deg"] == pytest.approx(120, abs=0.05)
     assert plane["field_angle_deg"] == pytest.approx(2 * np.degrees(np.arccos(0.1)), abs=0.05)

@@ -14,8 +14,8 @@ from exact import above_middle
 from renderer.cli.options import Output
 from renderer.cli.studies import validate
 from renderer.studies.peers import agreement, curves, mitsuba3, radiance
-from renderer.studies.peers.agreement import Agreement, Row
-from renderer.studies.peers.export import LIFT, MAX_EDGE, CannotRun, Value, hand_over, value
+from renderer.studies.peers.agreement import Agreement, ComparedReading
+from renderer.studies.peers.export import LIFT, MAX_EDGE, CannotRun, Value, hand_over, value_of
 
 METER = {"name": "floor centre", "position": [2.0, 2.0, 0.0]}
 FLAT = {"center": [2.0, 2.0, 3.0], "normal": [0, 0, -1]}
@@ -90,7 +90,7 @@ def test_the_strips_of_a_disc_have_its_area_and_face_its_way(room):
 
 def test_a_half_width_is_students(room):
     # Mean 2, deviation 1, t(2 degrees of freedom, 97.5 %) = 4.303.
-    assert value(np.array([1.0, 2.0, 3.0])) == pytest.approx((2.0, 4.303 / 3**0.5), rel=1e-3)
+    assert value_of(np.array([1.0, 2.0, 3.0])) == pytest.approx((2.0, 4.303 / 3**0.5), rel=1e-3)
 
 
 @pytest.mark.parametrize(("ours", "theirs", "verdict"), [
@@ -101,7 +101,7 @@ def test_a_half_width_is_students(room):
     ((0.0, 0.0), (0.0, 0.0), "agree"),
 ])
 def test_verdicts(ours, theirs, verdict):
-    row = Row("room", "meter", Value(*ours), {"peer": Value(*theirs)})
+    row = ComparedReading("room", "meter", Value(*ours), {"peer": Value(*theirs)})
     assert row.verdict == verdict
     assert Agreement([row], []).failed == ([row] if verdict.startswith("not") else [])
 
@@ -136,7 +136,7 @@ def test_missing_packages_are_skipped_with_a_sentence_each(room, monkeypatch):
     monkeypatch.setattr(agreement, "ACCURACY", 0.1)
     alone = agreement.compare_with_peers([room(photometers=[METER])], silent)
     assert [s.split(":")[0] for s in alone.skipped] == ["Mitsuba 3 is skipped", "Radiance is skipped"]
-    assert all("pip install" in s and s in agreement.markdown(alone) for s in alone.skipped)
+    assert all("pip install" in s and s in agreement.peers_markdown(alone) for s in alone.skipped)
     assert alone.rows[0].verdict == "–"
     assert not alone.failed
 
@@ -177,7 +177,7 @@ def test_peers_read_closed_forms_in_black_rooms(room, package, readings):
 def test_the_curve_of_a_peer_goes_to_the_closed_form(room, monkeypatch, package, curve):
     if find_spec(package) is None:
         pytest.skip(f"{package} is not installed")
-    monkeypatch.setattr(curves, "MAX_SECONDS", 0.01)
+    monkeypatch.setattr(curves, "PEER_LIMIT", 0.01)
     scene = room(rho=0.0, luminaires=[LAMPS["rectangle"]], photometers=[METER, {**METER, "name": "again"}])
     found = curve(scene, lambda values: np.abs(values / DIRECT["rectangle"] - 1).max())
     assert all(seconds > 0 for seconds, _ in found.points)
@@ -186,7 +186,7 @@ def test_the_curve_of_a_peer_goes_to_the_closed_form(room, monkeypatch, package,
 
 
 def test_the_command_shows_the_table_and_fails_where_a_peer_disagrees(monkeypatch, tmp_path, capsys):
-    row = Row("box", "floor", Value(101.0, 0.1), {"Mitsuba 3": Value(100.0, 0.1)})
+    row = ComparedReading("box", "floor", Value(101.0, 0.1), {"Mitsuba 3": Value(100.0, 0.1)})
     monkeypatch.setattr(agreement, "compare_with_peers", lambda scenes, progress: Agreement([row], []))
     with pytest.raises(SystemExit) as left:
         validate(peers=True, output=Output(out=tmp_path, quiet=True))

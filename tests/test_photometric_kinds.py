@@ -12,7 +12,7 @@ from photometric import ies, ldt
 from renderer import InputError
 from renderer.scene.photometric.files import read_photometry
 from renderer.scene.photometric.shapes import C0, C90, Cylinder, Ellipsoid, Shape, shape_of_lm63
-from renderer.studies.luminaire import record_of, rows_of
+from renderer.studies.luminaire import photometry_record, photometry_rows
 
 CASES = Path(__file__).parent / "files" / "photometric"
 FLAT = np.full(37, 100.0)
@@ -213,13 +213,13 @@ def test_the_direction_of_the_largest_intensity(read, tmp_path, kind, h, v, c, g
     horizontal = np.arange(0, 360, 30.0) if kind == 1 else angles
     candela = np.full((len(horizontal), len(angles)), 10.0)
     candela[np.flatnonzero(horizontal == h)[0], np.flatnonzero(angles == v)[0]] = 100
-    record = record_of(read(ies(candela, angles, horizontal, kind=kind)), tmp_path / "lamp.ies")
+    record = photometry_record(read(ies(candela, angles, horizontal, kind=kind)), tmp_path / "lamp.ies")
     assert record["max_intensity_at_deg"] == pytest.approx({"C": c, "gamma": gamma})
-    assert ["largest intensity", f"100.0 cd at C {c}°, γ {gamma}°"] in rows_of(record)
+    assert ["largest intensity", f"100.0 cd at C {c}°, γ {gamma}°"] in photometry_rows(record)
 
 
 def test_the_largest_intensity_of_a_round_one_has_no_plane(read, tmp_path):
-    record = record_of(read(ies(np.r_[np.arange(19.0), np.zeros(18)])), tmp_path / "lamp.ies")
+    record = photometry_record(read(ies(np.r_[np.arange(19.0), np.zeros(18)])), tmp_path / "lamp.ies")
     assert record["max_intensity_at_deg"] == {"C": None, "gamma": 90.0}
 
 

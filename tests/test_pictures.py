@@ -9,7 +9,7 @@ import renderer
 from renderer.colour.bands import XYZ_TO_BT709
 from renderer.pictures.camera import look, pinhole
 from renderer.pictures.image import Exposure, encode, exposure, tone_map, white_balance
-from renderer.pictures.pseudocolour import legend, pseudocolour, scale_top
+from renderer.pictures.pseudocolour import legend, luminance_colours, scale_top
 from renderer.scene.meter_tables import CameraTable
 
 CAMERA = CameraTable(position=(2.0, 0.0, 1.5), look_at=(2.0, 4.0, 1.4), fov=100, resolution=(160, 120))
@@ -135,7 +135,7 @@ def test_the_scale_is_round_and_covers_the_surfaces():
 
 
 def test_more_luminance_is_another_colour_and_above_the_scale_is_white():
-    ramp = pseudocolour(np.linspace(0, 1.2, 200)[None], 1.0)[0].astype(int)
+    ramp = luminance_colours(np.linspace(0, 1.2, 200)[None], 1.0)[0].astype(int)
     assert (ramp[-20:] == 255).all()
     inside = ramp[:160]
     assert (np.abs(np.diff(inside, axis=0)).sum(axis=1) > 0).all()  # no two steps look the same

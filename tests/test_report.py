@@ -14,16 +14,17 @@ from conftest import PANEL, ROOT
 
 import renderer
 from renderer.pictures.camera import look
-from renderer.pictures.report.bars import PARTS_RAYS, patch_bars, shadow_bars
+from renderer.pictures.report.bars import patch_bars, shadow_bars
 from renderer.pictures.report.data import lamps_of
 from renderer.pictures.report.files import scene_files
-from renderer.pictures.report.pack import CURVES, ERROR, SPAN, Pack
+from renderer.pictures.report.pack import CURVE_ERROR, LOGARITHM_ERROR, LOGARITHM_SPAN, Pack
 from renderer.pictures.report.viewpoint import looks
 from renderer.readings.photometer import make_meter
 from renderer.scene.meter_tables import CameraTable
 from renderer.scene.reading import load
 from renderer.solving.transport_store import TransportStore
-from renderer.studies.report import MAX_PAGE_BYTES, save, solve_rooms
+from renderer.studies.report import MAX_PAGE_BYTES, save_page, solve_rooms
+from renderer.transport.direct.direct import SHADOW_RAYS
 from renderer.transport.sensors import direct_on, seen_from
 
 CAMERA = CameraTable(position=(2.0, 0.0, 1.5), look_at=(2.0, 4.0, 1.4), fov=100, resolution=(64, 48))
@@ -54,7 +55,7 @@ def quiet(step):
 def written(scenes, out):
     """The page made of scenes, as text, and what was said about it."""
     rooms = solve_rooms(scenes, 0.05, None, TransportStore(), quiet)
-    path, notes = save(rooms, "renderer report", out, quiet)
+    path, notes = save_page(rooms, "renderer report", out, quiet)
     return path.read_text(encoding="utf-8"), notes
 
 
@@ -75,10 +76,12 @@ def test_whole_numbers_are_exact_and_logarithms_within_their_step():
     np.testing.assert_array_equal(decoded(pack, ways[0]), small)
     np.testing.assert_array_equal(decoded(pack, ways[1]), large)
     code = decoded(pack, ways[2]).astype(float)
-    back = np.where(code > 0, SPAN * 5.0 * np.exp((code - 1) * -np.log(SPAN) / 65534), 0.0)
+    back = np.where(
+        code > 0, LOGARITHM_SPAN * 5.0 * np.exp((code - 1) * -np.log(LOGARITHM_SPAN) / 65534), 0.0
+    )
     assert back[0] == 0.0
-    assert np.abs(back[1:] / values[1:] - 1).max() <= ERROR * 1.001
-    assert ERROR + CURVES < 1e-3  # what the issue allows
+    assert np.abs(back[1:] / values[1:] - 1).max() <= LOGARITHM_ERROR * 1.001
+    assert LOGARITHM_ERROR + CURVE_ERROR < 1e-3  # what the issue allows
 
 
 def test_a_few_curves_stand_for_every_spectrum():
@@ -90,7 +93,7 @@ def test_a_few_curves_stand_for_every_spectrum():
                       in zip(how["parts"], how["low"], how["step"], strict=True)])
     back = rows.max(axis=1, keepdims=True) * (parts.T @ np.array(how["curves"]))
     assert len(parts) < 8
-    assert (np.abs(back - rows).max(axis=1) <= CURVES * rows.max(axis=1)).all()
+    assert (np.abs(back - rows).max(axis=1) <= CURVE_ERROR * rows.max(axis=1)).all()
 
 
 def test_lamps_of_one_spectrum_are_one_column(room):
@@ -133,7 +136,7 @@ def test_bars_of_penumbras_hold(room):
     pixel = np.flatnonzero(half)
     assert len(pixel) > 50
     patch, s, t = seen_from(solution.transport, view.eye, view.directions(pixel))
-    truth = direct_on(solution.transport, patch, s, t, 9, 64 * PARTS_RAYS)[0, :, 0]
+    truth = direct_on(solution.transport, patch, s, t, 9, 16 * SHADOW_RAYS)[0, :, 0]
     error = np.abs(view.light[pixel, 0] - truth)
     assert (error <= half[pixel]).mean() > 0.9
     assert np.median(half[pixel] / error) < 12

@@ -16,7 +16,7 @@ from renderer.pictures.camera import look
 from renderer.pictures.image import exposure, tone_map, white_balance
 from renderer.scene.reading import load
 from renderer.solving.transport_store import TransportStore
-from renderer.studies.report import save, solve_rooms
+from renderer.studies.report import save_page, solve_rooms
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")
@@ -38,7 +38,7 @@ def report(tmp_path_factory):
         [replace(scene, camera=seen) for scene in scenes], None, None, TransportStore(), _quiet
     )
     folder = tmp_path_factory.mktemp("report")
-    return save(rooms, "renderer report", folder, _quiet)[0], rooms
+    return save_page(rooms, "renderer report", folder, _quiet)[0], rooms
 
 
 def _quiet(step):
@@ -451,7 +451,7 @@ def test_names_that_are_code_are_shown_as_text(browser, tmp_path, room_file):
 name = "</script><img src=x onerror=alert(2)>"
 position = [2, 2, 0]
 """)
-    file, _ = save(
+    file, _ = save_page(
         solve_rooms([load(path)], 0.1, None, TransportStore(), _quiet), "renderer report", tmp_path, _quiet
     )
     opened(browser, file)

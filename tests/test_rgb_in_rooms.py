@@ -11,11 +11,11 @@ from renderer.colour.colour_excess import colour_excess, error_per_excess, favou
 from renderer.readings.likely_rgb_error import likely_rgb_error, mean_reflectances
 from renderer.scene.reading import load, resolved
 from renderer.studies.rgb_in_rooms.colours import COLOURED, colours_at_the_eye
-from renderer.studies.rgb_in_rooms.drawn_rooms import KINDS, LIGHTING, drawn_room
+from renderer.studies.rgb_in_rooms.drawn_rooms import DRAWN_KINDS, LIGHTING, drawn_room
 from renderer.studies.rgb_in_rooms.gains import READINGS, room_gains
-from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS, lamp_spectrum, models_under
+from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, lamp_spectrum, models_under
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, chips, one_paint, paintings
-from renderer.studies.rgb_in_rooms.run import Room, RoomTask, studied
+from renderer.studies.rgb_in_rooms.run import RoomTask, StudiedRoom, studied
 
 FOLDER = load("grey_room").path.parent
 
@@ -24,17 +24,17 @@ FOLDER = load("grey_room").path.parent
 def test_a_drawn_room_is_a_scene_with_something_to_read(number):
     table, kind, lighting = drawn_room(number)
     scene = resolved(table, FOLDER / "drawn.toml")
-    assert (kind, lighting) == (list(KINDS)[number % 5], LIGHTING[number // 5 % 4])
+    assert (kind, lighting) == (list(DRAWN_KINDS)[number % 5], LIGHTING[number // 5 % 4])
     for reading in READINGS[:-1]:
         assert any(meter.name.startswith(reading) for meter in scene.photometers)
-    for x, (low, high) in zip(table["room"]["size"], KINDS[kind].size, strict=True):
+    for x, (low, high) in zip(table["room"]["size"], DRAWN_KINDS[kind].size, strict=True):
         assert low <= x <= high
 
 
 def test_shares_of_every_model_add_up_to_the_lamp():
     for lamp in LAMPS:
         models = models_under(lamp)
-        assert set(models) == {*MODELS, "61"}
+        assert set(models) == {*BAND_MODELS, "61"}
         for name, model in models.items():
             assert model.shares.sum() == pytest.approx(1, abs=1e-12), (lamp, name)
             assert (model.shares >= 0).all()
@@ -132,7 +132,7 @@ def test_a_dark_room_has_no_likely_error(room):
 
 
 def test_colours_by_31_bands_are_those_of_61_and_rgb_knows_two_of_them():
-    colours = colours_at_the_eye([Room(4, False, studied(RoomTask(4, 0)))])
+    colours = colours_at_the_eye([StudiedRoom(4, False, studied(RoomTask(4, 0)))])
     apart = np.nanmax(np.abs(colours.error["31"]), axis=0)
     # x, y; K; points; per cent: twice the largest over the study's rooms (docs/answer.md).
     assert (apart < [0.002, 60, 1, 1.5]).all()

@@ -11,7 +11,7 @@ import renderer
 from renderer.colour.lamps import illuminants
 from renderer.colour.munsell import munsell_chip, nickerson_differences, parsed
 from renderer.colour.tables import cie_1931, cie_illuminants, munsell_chips
-from renderer.studies.spectrum import lamp_record, record_of, reflectance_record, resolve
+from renderer.studies.spectrum import lamp_record, reflectance_record, resolve, spectrum_record
 
 WHITES = {"A": (0.44758, 0.40745), "D65": (0.31272, 0.32903), "FL2": (0.3721, 0.3751),
           "FL11": (0.3805, 0.3769)}
@@ -44,14 +44,14 @@ def test_a_red_reflects_more_of_the_light_of_a_filament():
 def test_a_colour_is_shown_by_every_way_to_a_spectrum():
     shown = resolve("0.5,0.1,0.1", False)
     assert list(shown.curves) == ["munsell-eigen", "jakob-2019", "mallett-2019", "otsu-2018", "smits-1999"]
-    record = record_of(shown)
+    record = spectrum_record(shown)
     assert record["rgb"] == pytest.approx([0.5, 0.1, 0.1], abs=1e-5)
     assert record["in_gamut"]
     assert record["srgb"] == "#bc5959"  # 255 · (1.055 · 0.5^(1/2.4) − 0.055) = 187.5; 0.1 gives 89.1
 
 
 def test_srgb_comes_back():
-    assert record_of(resolve("#a03020", False))["srgb"] == "#a03020"
+    assert spectrum_record(resolve("#a03020", False))["srgb"] == "#a03020"
 
 
 @pytest.mark.parametrize("name", WHITES)
@@ -141,10 +141,10 @@ def test_a_bad_file_is_one_sentence(tmp_path, content, words):
 def test_a_file_keeps_its_end_values_as_a_paint_and_is_dark_outside_as_a_lamp(tmp_path):
     path = tmp_path / "short.csv"
     path.write_text("420,0.2\n680,0.6\n")
-    paint = record_of(resolve(str(path), False))["reflectance"]["measured"]
+    paint = spectrum_record(resolve(str(path), False))["reflectance"]["measured"]
     assert paint[0] == pytest.approx(0.2)
     assert paint[-1] == pytest.approx(0.6)
-    lamp = record_of(resolve(str(path), True))["power_W_per_1000_lm"]
+    lamp = spectrum_record(resolve(str(path), True))["power_W_per_1000_lm"]
     assert lamp[0] == lamp[-1] == 0
     assert lamp[15] > 0
 
@@ -159,7 +159,9 @@ def test_ies_tm_27_files_are_read(tmp_path):
         file.header.description, file.spectral_quantity = name, "relative"
         assert file.write()
     lamp = resolve(str(tmp_path / "lamp.spdx"), True)
-    assert record_of(lamp)["xy"] == pytest.approx(record_of(resolve("FL2", False))["xy"], abs=3e-4)  # linear
+    assert spectrum_record(lamp)["xy"] == pytest.approx(
+        spectrum_record(resolve("FL2", False))["xy"], abs=3e-4
+    )  # linear
     paint = resolve(str(tmp_path / "paint.spdx"), False)
     np.testing.assert_allclose(paint.curves["measured"].values, source.values / source.values.max())
     with pytest.raises(renderer.InputError, match="add --lamp"):
@@ -172,8 +174,7 @@ def test_an_ies_tm_27_file_of_another_quantity_is_refused(tmp_path, quantity, la
     samples = "".join(f'<SpectralData wavelength="{nm}">0.3</SpectralData>' for nm in range(400, 701, 10))
     path = tmp_path / "it.spdx"
     path.write_text('<?xml version="1.0"?><IESTM2714 xmlns="http://www.ies.org/iestm2714" version="1.0">'
-                    f"<Header></Header><SpectralDistribution><SpectralQuantity>{quantity}</SpectralQuantity>{samples}"
-                    "</SpectralDistribution></IESTM2714>")
+                    f"<Header></Header><SpectralDistribution><SpectralQuantity>{quantity}</SpectralQuantity>{samples}</SpectralDistribution></IESTM2714>")
     with pytest.raises(renderer.InputError, match=quantity):
         resolve(str(path), lamp)
     if quantity != "transmittance":

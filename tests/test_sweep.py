@@ -18,7 +18,7 @@ from renderer.errors import InputError
 from renderer.studies import sweep as studies
 from renderer.studies import sweep_runs
 from renderer.studies.sweep import identity, read_study, scene_of
-from renderer.studies.sweep_runs import READ, Journal, sweep
+from renderer.studies.sweep_runs import READING_COLUMNS, Journal, run_sweep
 
 STUDY = """
 scenes = [{scenes}]
@@ -53,7 +53,7 @@ def swept(tmp_path_factory):
     folder = tmp_path_factory.mktemp("swept")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sweep_runs, "on_cores", run_here)
-        return folder, sweep(study(folder), folder, False, None, lambda step: None)
+        return folder, run_sweep(study(folder), folder, False, None, lambda step: None)
 
 
 @pytest.fixture
@@ -91,7 +91,7 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path):
             killed.append(active_children()[0].pid)
             os.kill(killed[0], signal.SIGKILL)
 
-    files, now, _ = sweep(study(tmp_path), tmp_path, False, None, kill_one)
+    files, now, _ = run_sweep(study(tmp_path), tmp_path, False, None, kill_one)
     assert killed
     assert now == 16
     assert settings(rows(files)) == EVERY
@@ -106,7 +106,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(finished, one_process):
     lines = journal.read_text().splitlines(keepends=True)
     journal.write_text("".join(lines[:12]) + lines[12][:40])  # died in the middle of a line
     table.unlink()
-    files, now, total = sweep(study(finished), finished, False, None, lambda step: None)
+    files, now, total = run_sweep(study(finished), finished, False, None, lambda step: None)
     assert (now, total) == (5, 16)
     assert files[0].read_bytes() == first
     assert len(Journal(journal).done) == 16
@@ -114,15 +114,15 @@ def test_an_interrupted_sweep_goes_on_where_it_was(finished, one_process):
 
 def test_a_changed_room_is_done_again_and_the_others_are_not(finished, one_process):
     more = study(finished, [*VALUES, 0.6])
-    assert sweep(more, finished, False, None, lambda step: None)[1:] == (2, 18)
+    assert run_sweep(more, finished, False, None, lambda step: None)[1:] == (2, 18)
     other = study(finished, [0.1], accuracy=0.3)
     assert len(Journal(finished / ".paints.journal").done) == 18
-    assert sweep(other, finished, False, None, lambda step: None)[1:] == (2, 2)
+    assert run_sweep(other, finished, False, None, lambda step: None)[1:] == (2, 2)
 
 
 def test_a_room_that_cannot_be_solved_is_a_row_that_says_so(tmp_path, one_process):
     text = 'scenes = ["grey_room"]\n[vary]\n"luminaires.0.normal" = [[0, 0, -1], [0, 0, 1]]'
-    files, *_ = sweep(study(tmp_path, text=text), tmp_path, False, None, lambda step: None)
+    files, *_ = run_sweep(study(tmp_path, text=text), tmp_path, False, None, lambda step: None)
     good, bad = rows(files)
     assert not good["fault"]
     assert float(good["total_lx"]) > 0
@@ -195,7 +195,7 @@ def test_a_changed_file_that_only_a_value_names_is_read_again(painted, one_proce
     text = PAINTS.format(scenes='["a.toml"]')
 
     def swept():
-        files, now, _ = sweep(study(painted, text=text), painted, False, None, lambda step: None)
+        files, now, _ = run_sweep(study(painted, text=text), painted, False, None, lambda step: None)
         return now, [float(row["total_lx"]) for row in rows(files)]
 
     (now, before), (again, same) = swept(), swept()
@@ -223,27 +223,27 @@ def test_a_file_changed_under_way_stops_the_sweep(painted, one_process):
     read = study(painted, text=PAINTS.format(scenes='["a.toml"]'))
     (painted / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.9\n700,0.9\n")
     with pytest.raises(InputError, match="not what it was when the study was read"):
-        sweep(read, painted, False, None, lambda step: None)
+        run_sweep(read, painted, False, None, lambda step: None)
 
 
 def test_rooms_of_one_name_are_told_apart_and_others_keep_theirs(painted, one_process):
     shutil.copy(painted / "a.toml", painted / "sub" / "b.toml")
     text = PAINTS.format(scenes='["a.toml", "sub/a.toml", "sub/b.toml"]')
-    files, *_ = sweep(study(painted, text=text), painted, False, None, lambda step: None)
+    files, *_ = run_sweep(study(painted, text=text), painted, False, None, lambda step: None)
     assert [row["scene"] for row in rows(files)[::2]] == ["a.toml", "sub/a.toml", "b"]
 
 
 def test_another_studys_table_is_not_overwritten(painted, one_process):
     text = PAINTS.format(scenes='["a.toml"]')
-    sweep(study(painted, text=text), painted, False, None, lambda step: None)
+    run_sweep(study(painted, text=text), painted, False, None, lambda step: None)
     table = (painted / "paints.csv").read_bytes()
     below = study(painted / "sub", text=PAINTS.format(scenes='["../a.toml"]'))
     with pytest.raises(InputError, match="is of another study") as error:
-        sweep(below, painted, False, None, lambda step: None)
+        run_sweep(below, painted, False, None, lambda step: None)
     assert "\n" not in str(error.value)
     assert (painted / "paints.csv").read_bytes() == table
     (painted / "paints.toml").unlink()  # moved below, say
-    assert sweep(below, painted, False, None, lambda step: None)[1] == 0
+    assert run_sweep(below, painted, False, None, lambda step: None)[1] == 0
 
 
 CASES = {"room.size": [[4, 4, 3], [6, 6, 3]], "photometers.0.position": [[2, 2, 0], [5, 5, 0]]}
@@ -283,7 +283,7 @@ def test_keys_that_take_each_others_place_are_refused(painted, one, other):
 @pytest.mark.parametrize("damage", [b"5", b"null", b"[[],[]]", b'["x", [{}]]', b'["x", []]', b"\xff\xfe",
                                     b"{}", b"[" * 100_000])
 def test_a_damaged_line_of_the_journal_is_not_done(tmp_path, damage):
-    good = ["id", [dict.fromkeys(READ)]]
+    good = ["id", [dict.fromkeys(READING_COLUMNS)]]
     (tmp_path / ".j").write_bytes(damage + b"\n" + json.dumps(good).encode() + b"\n" + damage)
     assert Journal(tmp_path / ".j").done == {"id": good[1]}
 
@@ -320,7 +320,7 @@ def test_every_measured_chip_is_a_star(tmp_path):
 
 def test_a_scheduler_without_dask_or_without_an_answer_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"spectral-radiosity\[cluster\]|no scheduler answers"):
-        sweep(study(tmp_path), tmp_path, False, "tcp://127.0.0.1:9", lambda step: None)
+        run_sweep(study(tmp_path), tmp_path, False, "tcp://127.0.0.1:9", lambda step: None)
 
 
 def test_a_dask_cluster_gives_the_same_table_though_a_worker_dies(tmp_path, swept, cluster):
@@ -331,7 +331,7 @@ def test_a_dask_cluster_gives_the_same_table_though_a_worker_dies(tmp_path, swep
             pids = [worker.pid for worker in cluster.workers.values()]
             os.kill(killed.append(pids[0]) or pids[0], signal.SIGKILL)
 
-    files, now, _ = sweep(study(tmp_path), tmp_path, False, cluster.scheduler_address, kill_one)
+    files, now, _ = run_sweep(study(tmp_path), tmp_path, False, cluster.scheduler_address, kill_one)
     assert now == 16
     assert killed
     assert files[0].read_bytes() == swept[1][0][0].read_bytes()

@@ -15,9 +15,15 @@ from renderer.solving.plan import Plan, make_plan
 from renderer.studies import tradeoff, tradeoff_asked
 from renderer.studies.peers.curves import PeerCurve
 from renderer.studies.peers.export import CannotRun
-from renderer.studies.tradeoff import Setting, Tradeoff, asked_for, grid, measure
+from renderer.studies.tradeoff import Setting, Tradeoff, asked_for, measure, tried_plans
 from renderer.studies.tradeoff_asked import lambertian, measure_asked
-from renderer.studies.tradeoff_files import COLUMNS, _seconds_to, recommendations, save, words
+from renderer.studies.tradeoff_files import (
+    TRADEOFF_COLUMNS,
+    _seconds_to,
+    recommendations,
+    save_tradeoff,
+    words,
+)
 
 FLOOR = {"name": "floor", "position": [2.0, 2.0, 0.0], "normal": [0, 0, 1]}
 
@@ -25,9 +31,9 @@ FLOOR = {"name": "floor", "position": [2.0, 2.0, 0.0], "normal": [0, 0, 1]}
 @pytest.fixture
 def small(monkeypatch):
     """A grid of two meshes and one number of rays, about coarse ones."""
-    monkeypatch.setattr(tradeoff, "LONGER", (6.0, 3.0))
-    monkeypatch.setattr(tradeoff, "LONGER_BY_RAYS", (6.0,))
-    monkeypatch.setattr(tradeoff, "RAYS", (256,))
+    monkeypatch.setattr(tradeoff, "PATCH_FACTORS", (6.0, 3.0))
+    monkeypatch.setattr(tradeoff, "RAY_PATCH_FACTORS", (6.0,))
+    monkeypatch.setattr(tradeoff, "RAYS_PER_PATCH", (256,))
     monkeypatch.setattr(tradeoff_asked, "ASKED_ACCURACIES", (0.1, 0.01))
     monkeypatch.setattr(tradeoff_asked, "PROMISE", 0.005)
     monkeypatch.setattr(tradeoff_asked, "MIN_ACCURACY_BY_PATHS", 0.02)
@@ -49,12 +55,12 @@ def test_a_room_is_measured_and_written(small, room, tmp_path):
     assert best["31"] < 0.01
     assert all(s.seconds > 0 for s in found.settings)
     assert found.floor < 0.005
-    files = save(found, tmp_path)
+    files = save_tradeoff(found, tmp_path)
     stem = found.scene.path.stem
     assert [f.name for f in files] == [f"{stem}_tradeoff.{kind}" for kind in ("csv", "md", "png")]
     with files[0].open() as file:
         rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == COLUMNS
+    assert tuple(rows[0]) == TRADEOFF_COLUMNS
     assert len(rows) == len(found.settings)
     assert sum(int(r["on_front"]) for r in rows) == len(found.front)
     assert "31 bands take" in words(found)
@@ -137,8 +143,8 @@ def test_among_settings_alike_the_programs_own_bands_are_recommended_then_the_fe
 
 
 def test_every_band_set_has_its_place_among_those_alike():
-    assert sorted(tradeoff.PREFERRED) == sorted(BAND_SETS)
-    assert tradeoff.PREFERRED[0] == SolverTable().bands
+    assert sorted(tradeoff.PREFERENCE) == sorted(BAND_SETS)
+    assert tradeoff.PREFERENCE[0] == SolverTable().bands
 
 
 def test_what_is_recommended_is_what_the_program_then_does(room):
@@ -179,8 +185,8 @@ def test_small_patches_and_errors_keep_their_digits():
 
 def test_the_scenes_own_patch_size_is_tried():
     plan = tradeoff.make_plan(renderer.load("grey_room"), 0.01, None)
-    assert 0.25 in {p.patch_size for p in grid(plan, 0.25)}
-    assert 0.25 not in {p.patch_size for p in grid(plan, None)}
+    assert 0.25 in {p.patch_size for p in tried_plans(plan, 0.25)}
+    assert 0.25 not in {p.patch_size for p in tried_plans(plan, None)}
 
 
 def test_what_has_nothing_to_read_is_refused(room):

@@ -371,7 +371,7 @@ def test_silent_and_wrong_schedulers_are_one_sentence(monkeypatch, held):
     pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
     from renderer.studies import cluster
 
-    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    monkeypatch.setattr(cluster, "ANSWER_TIMEOUT_S", 0.5)
     with socket.socket() as silent:
         silent.bind(("127.0.0.1", 0))
         silent.listen()

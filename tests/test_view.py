@@ -19,10 +19,10 @@ from PIL import Image
 import renderer
 from renderer.errors import DisplayError
 from renderer.pictures.report.bars import patch_bars
-from renderer.pictures.window.clicks import place_at, read, said
+from renderer.pictures.window.clicks import place_at, read, reading_lines
+from renderer.pictures.window.content import window_content
 from renderer.pictures.window.display import refuse_no_display
-from renderer.pictures.window.skin import INSET, first_front, light_on, skin
-from renderer.pictures.window.window import shown
+from renderer.pictures.window.skin import CORNER_INSET, first_front, light_on, skin
 from renderer.transport.sensors import seen_from
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is no DISPLAY")
@@ -81,9 +81,9 @@ def test_the_window_s_light_is_the_photometer_s(room):
     np.testing.assert_allclose(xyz[lamp, 1], 1000.0, rtol=1e-9)
     places = hull.points * mesh.scale + mesh.middle
     for k in np.random.default_rng(4).choice(np.flatnonzero(~lamp), 8, replace=False):
-        # A corner is lit INSET of its patch inside it; so far from an edge, the meter touches one surface.
+        # Corners are lit CORNER_INSET of a patch inside the patch, where a meter touches one surface.
         patch = hull.patch[k]
-        place = places[k] + INSET * (mesh.centroid[patch] - places[k])
+        place = places[k] + CORNER_INSET * (mesh.centroid[patch] - places[k])
         reading = solution.photometer(place, mesh.normal[patch])
         assert illuminance[k] == pytest.approx(reading.total_lx, abs=bars[patch] + reading.uncertainty)
         assert xyz[k, 1] == pytest.approx(0.5 * illuminance[k] / np.pi, rel=1e-9)
@@ -107,7 +107,7 @@ def test_every_triangle_is_of_one_thing_and_all_are_there(room, center):
 def test_rooms_of_a_millimetre_and_of_ten_kilometres_are_drawn_alike(room, scale):
     panel = {**PANEL, "center": [2 * scale, 2 * scale, 3 * scale], "size": [scale, scale]}
     scene = room(0.5, size=(4 * scale, 4 * scale, 3 * scale), luminaires=[panel])
-    drawn = shown((renderer.solve(scene, bands="31", accuracy=0.1),), _quiet)
+    drawn = window_content((renderer.solve(scene, bands="31", accuracy=0.1),), _quiet)
     np.testing.assert_allclose(np.ptp(drawn.skin.points, axis=0), [1, 1, 0.75], rtol=1e-9)
     assert 20 <= drawn.tops["luminance"] <= 30  # 142 lx · 0.5 / π on the floor is 22.7 cd/m²
     assert drawn.tops["illuminance"] in (150.0, 200.0)
@@ -116,7 +116,9 @@ def test_rooms_of_a_millimetre_and_of_ten_kilometres_are_drawn_alike(room, scale
 @pytest.mark.parametrize("bands", ["31", "6"])
 def test_a_dark_room_has_a_scale_and_no_light(room, bands):
     scene = room(0.5, luminaires=[])
-    drawn = shown(tuple(renderer.solve(scene, bands=b, accuracy=0.1) for b in (bands, "rgb")), _quiet)
+    drawn = window_content(
+        tuple(renderer.solve(scene, bands=b, accuracy=0.1) for b in (bands, "rgb")), _quiet
+    )
     assert drawn.tops == {"luminance": 1.0, "illuminance": 1.0}
     assert (("picture", 0) in drawn.colours) == (bands == "31")
     assert all((values == 0).all() for values in drawn.colours.values())
@@ -142,10 +144,12 @@ def test_a_click_reads_what_the_photometer_command_reads(room_file, here, tmp_pa
 
 def test_nothing_is_read_off_a_luminaire_or_off_nothing(room):
     solution = renderer.solve(room(0.5), bands="rgb", accuracy=0.1)
-    click, lines = said(solution, place_at(solution, np.array([2.0, 2.0, 1.0]), np.array([0.0, 0.0, 1.0])))
+    click, lines = reading_lines(
+        solution, place_at(solution, np.array([2.0, 2.0, 1.0]), np.array([0.0, 0.0, 1.0]))
+    )
     assert click is None
     assert "1000 cd/m²" in lines[1]
-    assert said(solution, None)[0] is None
+    assert reading_lines(solution, None)[0] is None
 
 
 @LINUX

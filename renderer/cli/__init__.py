@@ -21,30 +21,27 @@ from renderer.cli.terminal import (
 )
 from renderer.errors import CacheWarning, DisplayError, InputError, OutputError, SolveError
 
-COLLECT = 100_000
-"""Objects made before the garbage collector looks for cycles: imports make as many and no cycles."""
-
-START, SHOW, READ, STUDY, LOOK = (Group(name, sort_key=k) for k, name in enumerate(
-    ("Begin", "Show a room", "Read a room", "Study colour and accuracy", "Look at one thing")))
-COMMANDS = ((START, (starting.new, starting.keys, planning.plan)),
-            (SHOW, (show.compare, show.report, viewing.view, show.render, show.pseudocolour)),
-            (READ, (measure.photometer, measure.luminance, measure.ugr)),
-            (STUDY, (studies.gamut, sweeping.sweep, sweeping.study, studies.tradeoff, studies.validate)),
-            (LOOK, (luminaires.luminaire, studies.spectrum)))
+COMMANDS = {
+    "Begin": (starting.new, starting.keys, planning.plan),
+    "Show a room": (show.compare, show.report, viewing.view, show.render, show.pseudocolour),
+    "Read a room": (measure.photometer, measure.luminance, measure.ugr),
+    "Study colour and accuracy": (studies.gamut, sweeping.sweep, sweeping.study, studies.tradeoff,
+                                  studies.validate),
+    "Look at one thing": (luminaires.luminaire, studies.spectrum)}
+"""Commands by their group in the help."""
 
 
 def _epilogue() -> str:
-    """What help says last: the packaged rooms, and where the pages are."""
+    """End of the help: the packaged rooms and the place of the documentation."""
     rooms = ", ".join(sorted(path.stem for path in beside_package("scenes").glob("*.toml")))
     pages = beside_package("docs") / "README.md"
     where = pages if pages.is_file() else "docs/ of the source distribution"
     return (f"Packaged rooms, in place of a scene file: {rooms}.\n\n"
-            f"Pages: {where}. First steps: renderer new; renderer photometer "
-            "office.toml.")
+            f"Pages: {where}. First steps: renderer new; renderer photometer office.toml.")
 
 
 def beside_package(name: str) -> Path:
-    """A folder that ships within the package, or lies beside it in a checkout."""
+    """A folder in the installed package, or beside it in a checkout."""
     package = Path(__file__).parent.parent
     return package / name if (package / name).is_dir() else package.parent / name
 
@@ -53,19 +50,20 @@ app = App(name="renderer", help="Does it matter that lighting software models co
           "Solves the interreflection of light in a room with 3 bands and with 31, and shows and "
           "measures the difference.", version_flags=["--version"], version=__version__,
           help_format="plaintext", help_epilogue=_epilogue(), suppress_keyboard_interrupt=False)
-for group, commands in COMMANDS:
+for number, (title, commands) in enumerate(COMMANDS.items()):
+    group = Group(title, sort_key=number)
     for command in commands:
         app.command(command, group=group)
-planning.cache.group = (LOOK,)
+planning.cache.group = (group,)
 app.command(planning.cache)
-app.register_install_completion_command(add_to_startup=False, group=LOOK,
+app.register_install_completion_command(add_to_startup=False, group=group,
                                         help="Install completion of commands and options for this shell.")
 
 
 def main() -> None:
-    """Run the command line; every refusal is one line on stderr."""
-    gc.set_threshold(COLLECT)
-    atexit.register(gc.freeze)  # the process ends: nothing is worth looking for any more
+    """Run the command line; each refusal is one line on stderr."""
+    gc.set_threshold(100_000)  # imports make as many objects, without cycles
+    atexit.register(gc.freeze)  # no collection at the end of the process
     heed_signals()
     open_streams()
     shown = warnings.showwarning
@@ -76,7 +74,7 @@ def main() -> None:
         sys.stdout.flush()
     except SystemExit:
         raise
-    except BaseException as error:  # noqa: BLE001  whatever a package made of an interruption
+    except BaseException as error:  # noqa: BLE001  packages turn an interruption into errors of any class
         if interrupted():
             leave_interrupted("no partial file is left")
         _leave_for(error)
@@ -98,7 +96,7 @@ def _wrong_call(error: CycloptsError) -> str:
 
 
 def _leave_for(error: BaseException) -> None:
-    """Say why a run has failed, and end it; raise again what no user can have caused."""
+    """Print the reason of a failure and end the run; raise again an error that is the program's own."""
     match error:
         case CycloptsError():
             leave(f"{_wrong_call(error)} See renderer --help.", 2)

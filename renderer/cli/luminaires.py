@@ -15,26 +15,23 @@ def luminaire(file: str, *, json_: Annotated[bool, Parameter(name="--json", nega
     """A photometric file: flux, beam and field angles, spacing, faults, and a polar diagram.
 
     Parameters
-    ----------
-    file
-        An IES LM-63 (.ies) or EULUMDAT (.ldt) file.
-    json_
+    ---------- file An IES LM-63 (.ies) or EULUMDAT (.ldt) file. json_
         Print one JSON object instead of a table.
     """
     from renderer.scene.photometric.files import read_photometry
-    from renderer.studies.luminaire import record_of, rows_of, save_diagram
+    from renderer.studies.luminaire import photometry_record, photometry_rows, save_diagram
     from renderer.system.files import output_folder
 
     output = output or Output()
     path = Path(file)
     photometry = read_photometry(path, "FILE")
-    record = record_of(photometry, path)
+    record = photometry_record(photometry, path)
     out = output_folder(output.out)
     diagram = save_diagram(photometry, record, out / f"{path.stem}_polar.png")
     if json_:
         tell(json.dumps(record, indent=1, allow_nan=False))
         return
-    show(path.name, ["quantity", "value"], rows_of(record))
+    show(path.name, ["quantity", "value"], photometry_rows(record))
     for fault in record["faults"]:
         tell(f"Fault: {fault}")
     if not record["faults"]:

@@ -23,7 +23,7 @@ from renderer.readings.finding import signed
 from renderer.system.text import visible
 
 DECK = ("grey_room", "red_room", "saturated_red_room")
-"""Shown where no room is named."""
+"""Rooms of compare and report without arguments."""
 
 
 def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] = False,
@@ -33,9 +33,8 @@ def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] =
     """Rooms in RGB and in 31 bands: what RGB gets wrong, as pictures, maps, readings and one sentence.
 
     Parameters
-    ----------
-    scenes
-        Scene files or names of packaged rooms; without any, a grey room, one in a red paint, one in pure red.
+    ---------- scenes Scene files or names of packaged rooms; without any, a grey room, one in a red paint,
+        one in pure red.
     prefiltered
         Also RGB whose reflectances are filtered with the room's own light first.
     full
@@ -88,9 +87,8 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
     """Rooms in one HTML file to look at and to read with a photometer, in RGB and in 31 bands.
 
     Parameters
-    ----------
-    scenes
-        Scene files or names of packaged rooms; without any, a grey room, one in a red paint, one in pure red.
+    ---------- scenes Scene files or names of packaged rooms; without any, a grey room, one in a red paint,
+        one in pure red.
     client
         Instead, for each room <scene>_client.html, and .pdf where a browser is found: luminaires, materials,
         grids, glare, and what of the scene's [[requirements]] is met.
@@ -99,7 +97,7 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
     """
     from renderer.readings.finding import headline
     from renderer.scene.reading import load
-    from renderer.studies.report import save, solve_rooms
+    from renderer.studies.report import save_page, solve_rooms
     from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
@@ -114,7 +112,7 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
         return
     with progress_shown(output.quiet) as progress:
         rooms = solve_rooms(loaded, solving.accuracy, solving.seed, solving.store(), progress)
-        file, notes = save(rooms, _said(loaded, solving, embed_outside), out, progress, embed_outside)
+        file, notes = save_page(rooms, _said(loaded, solving, embed_outside), out, progress, embed_outside)
     for room in rooms:
         asked = solving.accuracy or room.scene.solver.accuracy
         warn(room.solutions["31"], [reading.figure for reading in room.readings["31"]], asked)
@@ -144,7 +142,7 @@ def _client_reports(scenes: list, solving: Solving, out, quiet: bool) -> None:
 
 
 def _said(scenes: list, solving: Solving, embed_outside: bool) -> str:
-    """The command that makes a report again, beside its scene files."""
+    """The command line that makes a report again in the folder of its scene files."""
     options = [] if solving.accuracy is None else [f"--accuracy {solving.accuracy:g}"]
     options += [] if solving.seed is None else [f"--seed {solving.seed}"]
     options += ["--embed-outside"] if embed_outside else []
@@ -155,9 +153,7 @@ def render(scene: str, *, solving: Solving | None = None, output: Output | None 
     """One room: a picture, luminance and spectral EXR files, and its patches.
 
     Parameters
-    ----------
-    scene
-        A scene file, or the name of a packaged room.
+    ---------- scene A scene file, or the name of a packaged room.
     """
     from renderer.studies.render import save_render
 
@@ -169,10 +165,7 @@ def pseudocolour(scene: str, *, rainbow: Annotated[bool, Parameter(negative="")]
     """Luminance maps of one room, direct and total, with a legend in cd/m².
 
     Parameters
-    ----------
-    scene
-        A scene file, or the name of a packaged room.
-    rainbow
+    ---------- scene A scene file, or the name of a packaged room. rainbow
         In the rainbow's colours; else in viridis, which the colour-blind can read too.
     """
     from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW

@@ -10,16 +10,15 @@ from renderer.cli.terminal import show, tell
 from renderer.system.text import visible
 
 MAX_LISTED = 40
-"""Rooms, files or omissions that are listed on screen."""
+"""Largest number of rooms, files or omissions on screen."""
 
 
 def new(file: str | None = None, *, room: str | None = None, out: Path = Path()) -> None:
     """A scene file to edit: a small office with comments, or what another program's file holds.
 
     Parameters
-    ----------
-    file
-        IFC, HBJSON, gbXML, Radiance, OBJ, glTF or another mesh to take a room from; else the office.
+    ---------- file IFC, HBJSON, gbXML, Radiance, OBJ, glTF or another mesh to take a room from; else the
+        office.
     room
         Name of the room to take, where FILE has several.
     out
@@ -37,7 +36,7 @@ def new(file: str | None = None, *, room: str | None = None, out: Path = Path())
 
 
 def _what_was_taken(written) -> list[str]:
-    """Lines on the room of another program's file, and on what was not carried over."""
+    """Lines about the room of another program's file, and about contents that were not carried over."""
     lines = [f"{note}." for note in written.notes]
     others = [name for name in written.rooms if name != written.room]
     if others:
@@ -56,10 +55,7 @@ def keys(key: str | None = None, *, schema: Annotated[bool, Parameter(negative="
     """Every key of a scene file: what it means, its unit, what it takes, its default.
 
     Parameters
-    ----------
-    key
-        One key (luminaires.flux, or flux), or one table (room); else all.
-    schema
+    ---------- key One key (luminaires.flux, or flux), or one table (room); else all. schema
         Print the JSON schema of scene files, for editors.
     json_
         Print a JSON list instead of a table.

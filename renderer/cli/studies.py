@@ -16,15 +16,13 @@ def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
     """Published cases, closed forms and laws, through the code that users run; exit code 1 where one fails.
 
     Parameters
-    ----------
-    extremes
-        Instead: reflectances of 0 and 1, a millimetre and ten kilometres, foreign geometry.
+    ---------- extremes Instead: reflectances of 0 and 1, a millimetre and ten kilometres, foreign geometry.
     peers
         Instead: the same rooms in Mitsuba 3 and Radiance (pip install
         'spectral-radiosity[peers]'), error bars side by side.
     """
     from renderer.studies.validation import run
-    from renderer.studies.validation.cases import COLUMNS
+    from renderer.studies.validation.cases import CASE_COLUMNS
     from renderer.system.files import output_folder
 
     output = output or Output()
@@ -34,9 +32,9 @@ def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
     if extremes or not peers:
         with progress_shown(output.quiet) as progress:
             cases = run.cases_of(run.EXTREMES if extremes else run.ORACLES, progress)
-            files = run.save(cases, out, "stability" if extremes else "validation")
+            files = run.save_cases(cases, out, "stability" if extremes else "validation")
         for group in dict.fromkeys(case.group for case in cases):
-            show(group, list(COLUMNS), [case.cells() for case in cases if case.group == group])
+            show(group, list(CASE_COLUMNS), [case.cells() for case in cases if case.group == group])
         failed = [case for case in cases if not case.passes]
         tell(f"{len(cases) - len(failed)} of {len(cases)} cases pass")
         list_files(files, out)
@@ -50,8 +48,8 @@ def _peers(out: Path, quiet: bool) -> None:
 
     with progress_shown(quiet) as progress:
         found = agreement.compare_with_peers(agreement.rooms(), progress)
-        files = agreement.save(found, out)
-    show("Illuminance [lx] with 95 % half-widths", agreement.columns(found), agreement.cells(found))
+        files = agreement.save_agreement(found, out)
+    show("Illuminance [lx] with 95 % half-widths", agreement.columns(found), agreement.table_cells(found))
     for sentence in found.skipped:
         say(sentence)
     list_files(files, out)
@@ -66,27 +64,25 @@ def spectrum(spectrum: str, *, lamp: Annotated[bool, Parameter(negative="")] = F
     """One paint or lamp: its curve, its 31 bands, its colour, and the measured paints nearest to it.
 
     Parameters
-    ----------
-    spectrum
-        A Munsell chip ("5R 4/14"), a .csv or .spdx file, #rrggbb, r,g,b (linear), one reflectance, a CIE
-        illuminant (A, FL2, LED-B3), or a colour temperature (3000K).
+    ---------- spectrum A Munsell chip ("5R 4/14"), a .csv or .spdx file, #rrggbb, r,g,b (linear), one
+        reflectance, a CIE illuminant (A, FL2, LED-B3), or a colour temperature (3000K).
     lamp
         The file holds a lamp's spectral power, not a reflectance.
     json_
         Print one JSON object instead of a table.
     """
-    from renderer.studies.spectrum import record_of, resolve, save, table
+    from renderer.studies.spectrum import resolve, save_spectrum, spectrum_record, spectrum_table
     from renderer.system.files import output_folder
 
     output = output or Output()
-    shown = resolve(spectrum, lamp)
-    record = record_of(shown)
-    files = save(shown, record, output_folder(output.out))
+    named = resolve(spectrum, lamp)
+    record = spectrum_record(named)
+    files = save_spectrum(named, record, output_folder(output.out))
     if json_:
         tell(json.dumps(record, indent=1, allow_nan=False))
         return
-    said = table(record)
-    show(said.title, said.columns, said.rows)
+    table = spectrum_table(record)
+    show(table.title, table.columns, table.rows)
     list_files(files, output.out)
 
 
@@ -95,10 +91,8 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
     """RGB against 31 bands for 1,000 colours, five ways from RGB to a spectrum, and 1,269 measured paints.
 
     Parameters
-    ----------
-    scene
-        A scene file or a packaged room, one material of which takes every colour in turn; without it,
-        the deck's infinitely wide room.
+    ---------- scene A scene file or a packaged room, one material of which takes every colour in turn;
+        without it, the deck's infinitely wide room.
     material
         The material that takes the colours; else the one with the largest area.
     """
@@ -151,13 +145,12 @@ def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | Non
     Writes <scene>_tradeoff.csv, .png and .md.
 
     Parameters
-    ----------
-    scene
-        A scene file, or the name of a packaged room; it needs photometers. Grids are read for --accuracy.
+    ---------- scene A scene file, or the name of a packaged room; it needs photometers. Grids are read for
+        --accuracy.
     """
     from renderer.scene.reading import load
     from renderer.studies.tradeoff import measure
-    from renderer.studies.tradeoff_files import asked_table, recommendations, save, words
+    from renderer.studies.tradeoff_files import asked_table, recommendations, save_tradeoff, words
     from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
@@ -169,7 +162,7 @@ def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | Non
     loaded, out = load(scene), output_folder(output.out)
     with progress_shown(output.quiet) as progress:
         found = measure(loaded, solving.seed, progress)
-        files = save(found, out)
+        files = save_tradeoff(found, out)
     for table in (recommendations(found), asked_table(found)):
         show(table.title, table.columns, table.rows)
     tell(words(found))

@@ -16,15 +16,14 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
     Interrupted, it goes on where it was when it is given again; rooms already done are not done twice.
 
     Parameters
-    ----------
-    study
-        A study file: `scenes = ["grey_room"]`, and in `[vary]` keys of them with lists of values.
+    ---------- study A study file: `scenes = ["grey_room"]`, and in `[vary]` keys of them with lists of
+        values.
     check
         Only check the file, and say how many rooms it makes.
     """
     from renderer.studies.sweep import read_study
     from renderer.studies.sweep_finding import sweep_finding
-    from renderer.studies.sweep_runs import sweep as run
+    from renderer.studies.sweep_runs import run_sweep
     from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
@@ -35,7 +34,7 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
     out = output_folder(output.out)
     try:
         with progress_shown(output.quiet) as progress:
-            files, now, total = run(read, out, not solving.no_cache, solving.scheduler, progress)
+            files, now, total = run_sweep(read, out, not solving.no_cache, solving.scheduler, progress)
     except KeyboardInterrupt:
         leave_interrupted("rooms already done are kept, and the same command goes on from there")
     tell(f"{read.path}: {total} rooms, {now} of them solved now")
@@ -51,10 +50,7 @@ def study(
     Some half an hour on two cores; interrupted, it goes on where it was. docs/answer.md says what came out.
 
     Parameters
-    ----------
-    rooms
-        Rooms drawn, beside the packaged ones.
-    seed
+    ---------- rooms Rooms drawn, beside the packaged ones. seed
         Of the rooms and their paints.
     scheduler
         The address of a Dask scheduler, on whose workers the rooms are solved.

@@ -1,4 +1,4 @@
-"""What a run says on the terminal: progress, tables, warnings, files."""
+"""Messages on the terminal: progress, tables, warnings, files."""
 
 import json
 import os
@@ -10,15 +10,10 @@ from pathlib import Path
 
 from renderer.system.text import CsvWriter, visible
 
-UNEQUAL, UNBALANCED = 0.5, 1e-6
-"""Errors of reciprocity and energy balance past which a run warns."""
-NOT_REACHED = ("warning: {scene}: the reading {name!r} is {value:.4g} ± {got:.2g} {unit}, not the "
-               "± {asked:.2%} asked, as finely as {why}.")
-
 
 @contextmanager
 def progress_shown(quiet: bool) -> Iterator:
-    """Something to call with each step: a spinner on a terminal, a line a step elsewhere."""
+    """A function to call with each step, for a spinner on a terminal and lines elsewhere."""
     if quiet:
         yield lambda step: _stop_if_asked()
         return
@@ -34,9 +29,10 @@ def progress_shown(quiet: bool) -> Iterator:
 
 
 def show(title: str, columns: list[str], rows: list[list[str]], text: bool = False) -> None:
-    """A table on stdout, as wide as it needs to be.
+    """Print a table on stdout in its full width.
 
-    text : its cells are words, not numbers: flush left, the last column broken to the terminal's width
+    text : cells are words instead of numbers: flush left, with the last column wrapped to the terminal's
+        width
     """
     from rich import box
     from rich.console import Console
@@ -52,14 +48,16 @@ def show(title: str, columns: list[str], rows: list[list[str]], text: bool = Fal
     console = Console()
     if not console.is_terminal:
         console = Console(width=200)
-    console.print(Text(visible(title), style="italic"))  # a table's own title is broken to its width
+    console.print(Text(visible(title), style="italic"))  # the table would wrap its own title
     console.print(table)
 
 
 def print_as(form: str, record: dict, tables: list, rows: list[dict]) -> None:
-    """A record on stdout as one JSON object, its rows as CSV, or its tables.
+    """Print a record on stdout as one JSON object, as rows of CSV, or as tables.
 
-    tables : report.Table; rows : a dictionary for each line of CSV, all with the same keys
+    form : "json", "csv" or "table"
+    tables : records.json_records.Table
+    rows : a dictionary for each line of CSV, all with the same keys
     """
     if form == "json":
         tell(json.dumps(record, indent=1, allow_nan=False))
@@ -71,7 +69,7 @@ def print_as(form: str, record: dict, tables: list, rows: list[dict]) -> None:
 
 
 def warn(solution, figures: list, asked: float) -> None:
-    """Say on stderr what a run did not reach, and where its laws do not hold."""
+    """Print warnings on stderr: accuracies not reached, light that escapes, errors of the laws."""
     fixed = solution.scene.solver.patch_size
     why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
     why = "the time until the interruption allows" if solution.watch.stopped else why
@@ -80,8 +78,8 @@ def warn(solution, figures: list, asked: float) -> None:
 
     for f in figures:
         if f.uncertainty > asked * f.value:
-            say(NOT_REACHED.format(scene=solution.scene.title, name=f.name, asked=asked, value=f.value,
-                                   unit=f.unit, got=f.uncertainty, why=why))
+            say(f"warning: {solution.scene.title}: the reading {f.name!r} is {f.value:.4g} ± "
+                f"{f.uncertainty:.2g} {f.unit}, not the ± {asked:.2%} asked, as finely as {why}.")
     for sentence in escapes(solution, figures):
         say(f"warning: {solution.scene.title}: {sentence}")
     exchange, mesh = solution.transport.exchange, solution.transport.mesh
@@ -92,21 +90,22 @@ def warn(solution, figures: list, asked: float) -> None:
         say(f"warning: {solution.scene.title}: {stray:.1%} of the light meets no surface's front, most of "
             f"it from {surface!r}: readings are off by up to {stray * f.value:.2g} lx ({f.name!r}). Close "
             "what is open there, or turn faces round that look the wrong way.")
-    if exchange.reciprocity_error > UNEQUAL:
+    if exchange.reciprocity_error > 0.5:
         first, second = (solution.scene.surface_names[k] for k in exchange.worst_pair)
         say(f"warning: {solution.scene.title}: the form factors between {first!r} and {second!r} differ by "
              f"{exchange.reciprocity_error:.0%} of what the smaller sends, before they are balanced; "
              "their patches are long for their distance. Give a smaller solver.patch_size.")
-    if solution.energy_balance_error > UNBALANCED:
+    if solution.energy_balance_error > 1e-6:
         surface = solution.scene.surface_names[mesh.surface[solution.worst_patch]]
         say(f"warning: {solution.scene.title}: {solution.energy_balance_error:.1e} of the light is neither "
              f"absorbed nor left, most of it at {surface!r}; is its reflectance nearly 1?")
 
 
 def warn_before(scene, accuracy: float | None, bands: str | None = None) -> None:
-    """Say on stderr, before the work, what is wrong with its files and what it cannot promise.
+    """Print on stderr, before the solve, the faults of a scene's files and an accuracy that cannot be
+    promised.
 
-    bands : those that it will be solved in; None for the scene's own
+    bands : for the solve; None for the scene's own
     """
     from renderer.readings.likely_rgb_error import likely_rgb_error
     from renderer.scene.doubts import doubts
@@ -124,7 +123,7 @@ def warn_before(scene, accuracy: float | None, bands: str | None = None) -> None
 
 
 def show_files(scene) -> None:
-    """Say on stdout how model files were read, which colours are theirs, and what takes no part."""
+    """Print on stdout the sentences about model files, their colours, and the parts without effect."""
     from renderer.solving.plan import taking_no_part
 
     for sentence in [*scene.files, *taking_no_part(scene)]:
@@ -132,7 +131,7 @@ def show_files(scene) -> None:
 
 
 def show_laws(solutions: list) -> None:
-    """Say on stdout how far the laws hold, once for each geometry."""
+    """Print on stdout the errors of closure, reciprocity and energy balance, once for each geometry."""
     said = []
     for solution in solutions:
         transport = solution.transport
@@ -148,23 +147,23 @@ def show_laws(solutions: list) -> None:
 
 
 def show_findings(sentences: list[str]) -> None:
-    """Say on stdout, last of all, what RGB gets wrong, after an empty line."""
+    """Print on stdout the findings about RGB, after an empty line."""
     if sentences:
         tell("\n" + "\n".join(sentences))
 
 
 def list_files(files: list[Path], out: Path) -> None:
-    """Name on stdout what was written."""
+    """Print on stdout the names of the written files."""
     tell(f"{len(files)} files in {out}{'/' if str(out) != '/' else ''}: "
           + ", ".join(str(f.relative_to(out)) for f in files if f.parent == out))
 
 
 def open_streams() -> None:
-    """Make the standard streams safe to write to, whatever they are.
+    """Make the standard streams safe to write to.
 
-    A closed one is taken by the next file that is opened, which the messages of libraries would then
-    overwrite: so the null device takes its place. Without stdout there is nowhere for results: it ends the
-    program, with a sentence.
+    The number of a closed stream goes to the next file that is opened, and messages of libraries would
+    overwrite that file; the null device takes its place. Without stdout there is no place for results: the
+    program ends with a sentence.
     """
     with suppress(OSError):
         while (null := os.open(os.devnull, os.O_RDWR)) <= 2:
@@ -174,7 +173,7 @@ def open_streams() -> None:
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115  as long as the program runs
     sys.stdout = sys.stdout or sys.stderr
     for stream in (sys.stdout, sys.stderr):
-        with suppress(AttributeError):  # a stream put in its place by who calls this
+        with suppress(AttributeError):  # a stream that a caller has put in its place
             stream.reconfigure(errors="replace")
     if missing:
         leave("standard output is closed, and results are printed there. Leave it open, or send it to "
@@ -182,7 +181,7 @@ def open_streams() -> None:
 
 
 def close_stdout() -> None:
-    """Drop what cannot be written, so that the interpreter does not try again as it ends."""
+    """Discard unwritten output, so that the interpreter does not try to write it again at its end."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
@@ -191,7 +190,7 @@ _interrupted = 0
 
 
 def heed_signals() -> None:
-    """From here on Ctrl-C and SIGTERM end the run with one sentence."""
+    """Let Ctrl-C and SIGTERM end the run with one sentence."""
     for asked in (signal.SIGINT, signal.SIGTERM):
         signal.signal(asked, interrupt)
     unraisable = sys.unraisablehook
@@ -199,7 +198,8 @@ def heed_signals() -> None:
 
 
 def interrupt(number: int, _frame) -> None:
-    """Ctrl-C or SIGTERM. Some packages swallow the exception while they are imported, so it is remembered."""
+    """Handle Ctrl-C or SIGTERM, and record it: some packages swallow the exception while they are
+    imported."""
     global _interrupted
     _interrupted = number
     raise KeyboardInterrupt
@@ -211,9 +211,9 @@ def interrupted() -> bool:
 
 
 def leave_interrupted(kept: str) -> None:
-    """Say what an interrupted run leaves, and end the program."""
+    """Print what an interrupted run has kept, and end the program."""
     for asked in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(asked, signal.SIG_DFL)  # a second one ends it at once
+        signal.signal(asked, signal.SIG_DFL)  # a second signal ends the program at once
     leave(f"interrupted; {kept}.", 128 + signal.SIGTERM if _interrupted == signal.SIGTERM else 1)
 
 
@@ -223,17 +223,18 @@ def _stop_if_asked() -> None:
 
 
 def tell(text: str) -> None:
-    """A result on stdout, with control characters made visible."""
+    """Print a result on stdout, with control characters made visible."""
     print(visible(text))
 
 
 def say(message: str) -> None:
-    """One line on stderr, with control characters made visible; nothing where stderr cannot be written to."""
+    """Print one line on stderr, with control characters made visible; nothing where stderr is not
+    writable."""
     with suppress(OSError):
         print(f"renderer: {' '.join(visible(message).split())}", file=sys.stderr, flush=True)
 
 
 def leave(message: str, code: int) -> None:
-    """Say why on stderr, and end the program with that exit code."""
+    """Print the reason on stderr, and end the program with an exit code."""
     say(message)
     sys.exit(code)

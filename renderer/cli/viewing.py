@@ -15,10 +15,7 @@ def view(scene: str = "furnished_room", *, rainbow: Annotated[bool, Parameter(ne
     Readings are said again on the terminal when it is closed. Without a display: renderer report.
 
     Parameters
-    ----------
-    scene
-        A scene file, or the name of a packaged room.
-    rainbow
+    ---------- scene A scene file, or the name of a packaged room. rainbow
         Pseudocolour in the rainbow's colours; else in viridis, which the colour-blind can read too.
     """
     from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW
@@ -36,7 +33,7 @@ def view(scene: str = "furnished_room", *, rainbow: Annotated[bool, Parameter(ne
     with progress_shown(output.quiet) as progress:
         window = make_window(loaded, solving.bands, solving.accuracy, solving.seed, solving.store(), out,
                              progress, RAINBOW if rainbow else COLOUR_MAP)
-    warn(window.shown.solutions[0], [], 0.0)
+    warn(window.content.solutions[0], [], 0.0)
     window.run()
     rows = [[click.place.surface, band_title(solution), numbers(click.place.position),
              numbers(click.place.normal), f"{click.reading.direct_lx:.2f}",
@@ -46,6 +43,6 @@ def view(scene: str = "furnished_room", *, rainbow: Annotated[bool, Parameter(ne
     if rows:
         show(f"{loaded.title}: readings taken [lx]",
              ["surface", "bands", "at [m]", "normal", "direct", "indirect", "total", "95 %", "cd/m²"], rows)
-    show_laws([window.shown.solutions[0]])
+    show_laws([window.content.solutions[0]])
     if window.files:
         list_files(window.files, out)

@@ -1,4 +1,4 @@
-"""A camera in a room: which places on the surfaces each pixel adds up."""
+"""A camera in a room: the sensor of each pixel."""
 
 from dataclasses import dataclass, replace
 
@@ -16,27 +16,19 @@ from renderer.transport.factors.exchange import rows
 from renderer.transport.sensors import Sensor, direct_on, emitted, seen_from, sense
 from renderer.transport.transport import Transport
 
-SUBPIXELS = 4
-"""A pixel on an edge, of a surface or of a shadow, is the mean of 4 × 4 rays."""
-SUBPIXEL_RAYS = 16
-"""Shadow rays of each of those, to each luminaire."""
-PIXELS = 1 << 13
-"""Pixels whose light is added up at once."""
-CONTRAST = 0.1
-"""Direct light that differs by this share between neighbouring pixels is an edge of a shadow."""
-
 
 @dataclass(frozen=True)
 class View:
-    """What a camera sees of a room, for any material and any band.
+    """The view of a camera, valid for all materials and bands.
 
-    sensor : one row a pixel, on radiosity; emitted : (n_pixels, n_luminaires) radiosity per lumen
-    surface : (height, width) index of the surface at each pixel's middle, -1 for none
-    share : (n_pixels, n_surfaces) how much of each pixel shows each surface
-    patch : (height, width) patch at each pixel's middle, negative for none
-    light : (n_pixels, n_luminaires) illuminance per lumen straight from each, there [m⁻²]
-    edge : (height, width) pixels that are the mean of several rays
-    camera : where it was seen from, and what it was seen through
+    sensor : one row a pixel, on radiosity
+    emitted : (n_pixels, n_luminaires) radiosity per lumen
+    surface : (height, width) index of the surface at each pixel's centre, -1 for none
+    share : (n_pixels, n_surfaces) share of each pixel that shows each surface
+    patch : (height, width) patch at each pixel's centre, negative for none
+    light : (n_pixels, n_luminaires) direct illuminance per lumen at each pixel's centre [m⁻²]
+    edge : (height, width) whether a pixel is the mean of several rays
+    eye : (3,) [m] position of the camera, off the surfaces that it touches
     """
 
     sensor: Sensor
@@ -52,34 +44,35 @@ class View:
 
     @property
     def shows_surface(self) -> np.ndarray:
-        """Where a pixel shows no part of a lamp's light (height, width)."""
+        """Whether each pixel (height, width) shows no luminaire."""
         return self.image(np.asarray(self.emitted.sum(axis=1)).ravel() == 0)
 
     def directions(self, pixel: np.ndarray) -> np.ndarray:
-        """Directions (k, 3) through the middles of pixels (k,), counted row by row."""
+        """Directions (k, 3) through the centres of pixels (k,), counted row by row."""
         y, x = np.divmod(pixel, self.camera.width)
         return self.camera.directions(x + 0.5, y + 0.5)
 
     def marks(self, scene: Scene) -> list[tuple[float, float]]:
-        """Where the scene's photometers appear [pixels]; hidden ones are left out."""
+        """Places [pixels] of the scene's visible photometers in the picture."""
         places = [np.array(p.position) for p in scene.photometers]
         seen = [self.transport.eye.clear(self.eye[None], place[None])[0] for place in places]
         found = [self.camera.project(place) for place, free in zip(places, seen, strict=True) if free]
         return [mark for mark in found if mark is not None]
 
     def image(self, values: np.ndarray) -> np.ndarray:
-        """Rows as a picture (height, width, …)."""
+        """Values of pixels (n_pixels, …) as a picture (height, width, …)."""
         return values.reshape(*self.surface.shape, *values.shape[1:])
 
     def direct(self, solution: Solution, weights: np.ndarray) -> np.ndarray:
-        """Radiance by direct light alone, lamps included (height, width, k), weighted sums of bands.
+        """Radiance (height, width, k) from luminaires and from direct light on surfaces, as weighted sums of
+        bands.
 
-        weights : (n_bands, k), for example BandSet.xyz for cd/m² (X, Y, Z).
+        weights : (n_bands, k), for example BandSet.xyz for cd/m² (X, Y, Z)
         """
         return self._added(self._direct(solution, weights))
 
     def indirect(self, solution: Solution, weights: np.ndarray) -> np.ndarray:
-        """Radiance by interreflection (height, width, k); as `direct`."""
+        """Radiance (height, width, k) from interreflection; weights as for `direct`."""
         return self._added(self._indirect(solution, weights))
 
     def spectral(self, solution: Solution) -> np.ndarray:
@@ -100,17 +93,18 @@ class View:
         return [(self.sensor.indirect, solution.vertex_radiosity @ weights)]
 
     def _added(self, terms: list[tuple]) -> np.ndarray:
-        """Σ matrix @ light / π as a picture, from (matrix, light) with a row of the matrix for each pixel."""
+        """Σ matrix @ light / π as a picture, from pairs (matrix, light) with one row of the matrix a
+        pixel."""
         seen = np.empty((self.surface.size, terms[0][1].shape[1]))
 
         def work(start: int, stop: int) -> None:
             seen[start:stop] = sum(rows(matrix, start, stop) @ light for matrix, light in terms) / np.pi
 
-        in_threads(work, len(seen), PIXELS)
+        in_threads(work, len(seen), 1 << 13)
         return self.image(seen)
 
     def reflectances(self, solution: Solution) -> np.ndarray:
-        """Luminous reflectance of what each pixel shows (height, width), under the lamps' light."""
+        """Luminous reflectance (height, width) of the surfaces in each pixel, under the lamps' light."""
         light = solution.flux.sum(axis=0) * solution.bands.luminous
         total = light.sum()
         luminous = solution.reflectance @ light / (total if total > 0 else 1.0)
@@ -118,7 +112,11 @@ class View:
 
 
 def look(transport: Transport, table: CameraTable, where: str) -> View:
-    """Find what every pixel of a camera sees. Raises InputError where it stands inside a solid."""
+    """The view of a camera. Raises InputError for a camera outside the room or inside a solid.
+
+    A pixel on an edge of a surface or a shadow is the mean of 4 × 4 rays, each with 16 shadow rays to each
+    luminaire.
+    """
     camera = pinhole(table)
     refuse_outside(transport, camera.position, f"{where}: camera")
     eye = off_surfaces(transport, camera.position, camera.axes[2]).origin
@@ -149,7 +147,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
         edge |= _shadow_edges(light @ lumens, found, edge.shape)
     plain = ~edge.ravel()[found]
     fine = np.flatnonzero(edge.ravel())
-    sub = (np.arange(SUBPIXELS) + 0.5) / SUBPIXELS - 0.5
+    sub = (np.arange(4) + 0.5) / 4 - 0.5
     dx, dy = (d.ravel() for d in np.meshgrid(sub, sub))
     x_fine, y_fine = (x.ravel()[fine, None] + dx).ravel(), (y.ravel()[fine, None] + dy).ravel()
     extra = _hits(transport, camera, eye, x_fine, y_fine)
@@ -157,7 +155,7 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
     hit = (extra[0] >= 0) & (weight > 0)
     extra = [e[hit] for e in extra]
     row = np.concatenate([np.flatnonzero(found)[plain], np.repeat(fine, dx.size)[hit]])
-    light = np.concatenate([light[plain], direct_on(transport, *extra, 1, SUBPIXEL_RAYS)[0]])
+    light = np.concatenate([light[plain], direct_on(transport, *extra, 1, 16)[0]])
     patch, s, t = (np.concatenate([m[plain], e])
                    for m, e in zip((patch, s, t), extra, strict=True))
     weight = np.concatenate([np.ones(plain.sum()), weight[hit]])
@@ -173,10 +171,13 @@ def look(transport: Transport, table: CameraTable, where: str) -> View:
 
 def _rest(n: int, fine: np.ndarray, surface: np.ndarray, lamp: np.ndarray, face: np.ndarray,
           cover: np.ndarray) -> np.ndarray:
-    """Weights (k, rays) of rays through pixels (k,) that meet surfaces (k, rays): equal parts of what is left
-    by luminaires whose cover (m,) of a pixel (m,) is known, and 0 where they meet such a face (m,).
+    """Weights (k, rays) of the rays through pixels `fine` (k,), which meet surfaces (k, rays).
 
-    Where every ray meets one, up to an eighth of the pixel is left out, of what is dim beside it."""
+    cover : (m,) known share of pixels `lamp` (m,) that the luminaire surfaces `face` (m,) cover
+
+    Rays that meet such a face have weight 0; the others share the rest of the pixel equally. Where every ray
+    meets one, up to an eighth of the pixel, dim beside the luminaire, is neglected.
+    """
     top = surface.max(initial=0) + face.max(initial=0) + 1
     known = np.isin(fine[:, None] * top + surface, lamp * top + face) & (surface >= 0)
     left = np.clip(1 - np.bincount(lamp, cover, n)[fine], 0, 1)
@@ -184,17 +185,17 @@ def _rest(n: int, fine: np.ndarray, surface: np.ndarray, lamp: np.ndarray, face:
 
 
 def _hits(transport: Transport, camera: Pinhole, eye: np.ndarray, x: np.ndarray, y: np.ndarray):
-    """Patch (k,) or a negative number, and (s, t) there, for points of the picture."""
+    """Patch (k,), negative for none, and (s, t) on it at points of the picture."""
     return seen_from(transport, eye, camera.directions(x, y))
 
 
 def _surface(transport: Transport, patch: np.ndarray) -> np.ndarray:
-    """The surface that each patch belongs to, -1 for none; of any shape."""
+    """Index of the surface of each patch, -1 for none; of any shape."""
     return np.where(patch >= 0, transport.mesh.surface[patch], -1)
 
 
 def _plane(transport: Transport, patch: np.ndarray) -> np.ndarray:
-    """A number for the flat part of a surface that each patch belongs to; of any shape."""
+    """Number of the flat part of a surface that each patch is on; of any shape."""
     mesh = transport.mesh
     keys = np.column_stack([mesh.surface, np.round(mesh.normal, 4)])
     _, part = np.unique(keys, axis=0, return_inverse=True)
@@ -202,13 +203,14 @@ def _plane(transport: Transport, patch: np.ndarray) -> np.ndarray:
 
 
 def _shadow_edges(light: np.ndarray, found: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Pixels (height, width) next to which direct light (k,) changes steeply."""
+    """Whether direct light (k,) of the found pixels differs by over 10 % from a neighbour's (height,
+    width)."""
     picture = np.zeros(found.size)
     picture[found] = light
     picture = picture.reshape(shape)
     edge = np.zeros(shape, dtype=bool)
     for a, b in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
-        steep = np.abs(picture[a] - picture[b]) > CONTRAST * np.maximum(picture[a], picture[b])
+        steep = np.abs(picture[a] - picture[b]) > 0.1 * np.maximum(picture[a], picture[b])
         edge[a] |= steep
         edge[b] |= steep
     return edge

@@ -1,4 +1,4 @@
-"""What charts share: a sheet, the scale of a ratio, a file."""
+"""Common parts of charts: the sheet, the scale of a ratio, the file."""
 
 from pathlib import Path
 
@@ -7,14 +7,12 @@ import numpy as np
 from renderer.pictures.sheet import plain
 from renderer.system.files import whole_file
 
-WITHIN = 0.2
-FAR = 20.0
-"""A ratio beyond this, or under its inverse, is drawn at the edge."""
-TICKS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.8, 1, 1.2, 1.5, 2, 3, 5, 10, 20)
+RATIO_TOLERANCE = 0.2
+"""Largest deviation from 1 of a ratio that counts as right in charts."""
 
 
 def new_figure(width: float, height: float, title: str | None = None, dpi: int = 100):
-    """A sheet of width × height inches, laid out by matplotlib if it has a title."""
+    """A sheet of width × height inches; with a title, matplotlib lays it out."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -26,8 +24,7 @@ def new_figure(width: float, height: float, title: str | None = None, dpi: int =
 
 
 def drawable(text: str) -> bool:
-    """Whether the charts' font has every letter of a text; one without ideographs draws them as empty
-    boxes."""
+    """Whether the charts' font has every letter of a text; missing ones would show as empty boxes."""
     from matplotlib.font_manager import FontProperties, findfont, get_font
 
     known = get_font(findfont(FontProperties())).get_charmap()
@@ -35,22 +32,27 @@ def drawable(text: str) -> bool:
 
 
 def ratio_scale(every, panels: list[np.ndarray], label: str) -> list[np.ndarray]:
-    """Give axes that share y a logarithmic scale for ratios, ±20 % shaded; returns what to draw.
+    """Give axes with a common y a logarithmic scale for ratios, ±20 % shaded.
 
-    every : the axes; panels : ratios of each, of any shape; what is off the scale is moved to its edge.
+    every : the axes
+    panels : ratios in each of the axes, of any shape
+
+    Returns the ratios to draw: those beyond 20 or below 1/20 are moved to the edge of the scale.
     """
     ratios = np.concatenate([panel.ravel() for panel in panels])
     finite = ratios[np.isfinite(ratios)]
-    low = max(1 / FAR, 0.9 * min(0.75, *finite))
-    high = min(FAR, 1.6 * max(1.1, *finite))
+    limit = 20.0
+    low = max(1 / limit, 0.9 * min(0.75, *finite))
+    high = min(limit, 1.6 * max(1.1, *finite))
     for axes in every:
-        axes.axhspan(1 - WITHIN, 1 + WITHIN, color="#e9efe6", zorder=0)
+        axes.axhspan(1 - RATIO_TOLERANCE, 1 + RATIO_TOLERANCE, color="#e9efe6", zorder=0)
         axes.axhline(1, color="#707070", lw=0.8, zorder=1)
         axes.set_yscale("log")
     edges = low * 1.03, high / 1.06
     if ((ratios < edges[0]) | (ratios > edges[1])).any():
-        label += f"\nat the edge: no limit, or beyond {FAR:g} times"
-    ticks = [t for t in TICKS if low <= t <= high and (t != 1.5 or high < 3)]
+        label += f"\nat the edge: no limit, or beyond {limit:g} times"
+    every_tick = (0.05, 0.1, 0.2, 0.3, 0.5, 0.8, 1, 1.2, 1.5, 2, 3, 5, 10, 20)
+    ticks = [t for t in every_tick if low <= t <= high and (t != 1.5 or high < 3)]
     every[0].set_yticks(ticks, [f"{t:g}" for t in ticks])
     every[0].minorticks_off()
     every[0].set(ylim=(low, high), ylabel=label)
@@ -58,7 +60,7 @@ def ratio_scale(every, panels: list[np.ndarray], label: str) -> list[np.ndarray]
 
 
 def saved(figure, path: Path) -> Path:
-    """Write the sheet, whole or not at all."""
+    """Write the sheet to a whole file."""
     with whole_file(path) as part:
         figure.savefig(part)
     return path

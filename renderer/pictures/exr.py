@@ -1,7 +1,8 @@
-"""OpenEXR files: luminance, and spectral radiance in the layout of Fichet et al.
+"""OpenEXR files of luminance and of spectral radiance.
 
-A. Fichet, R. Pacanowski, A. Wilkie, "An OpenEXR Layout for Spectral Images", JCGT 10(3), 2021:
-channels S0.<wavelength>nm with a comma for the point, spectralLayoutVersion and emissiveUnits.
+Spectral files have the layout of A. Fichet, R. Pacanowski and A. Wilkie, "An OpenEXR Layout for Spectral
+Images", JCGT 10(3), 2021: channels S0.<wavelength>nm with a decimal comma, spectralLayoutVersion and
+emissiveUnits.
 """
 
 from io import BytesIO
@@ -12,16 +13,14 @@ import numpy as np
 from renderer.colour.bands import XYZ_TO_BT709, BandSet
 from renderer.system.files import whole_file
 
-CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
-
 
 def save_luminance(luminance: np.ndarray, path: Path) -> Path:
-    """Write luminance (height, width) [cd/m²] as the one channel Y."""
+    """Write luminance (height, width) [cd/m²] as the only channel, Y."""
     return _save({"Y": luminance}, {"comments": "Y is luminance in cd/m2"}, path)
 
 
 def save_spectral(radiance: np.ndarray, bands: BandSet, path: Path) -> Path:
-    """Write spectral radiance (height, width, n_bands) [W m⁻² sr⁻¹ nm⁻¹], with RGB to look at."""
+    """Write spectral radiance (height, width, n_bands) [W m⁻² sr⁻¹ nm⁻¹], and its RGB for viewers."""
     channels = {f"S0.{nm:.6f}nm".replace(".", ",").replace("S0,", "S0."): radiance[..., k]
                 for k, nm in enumerate(bands.centres)}
     rgb = radiance @ (bands.widths[:, None] * bands.xyz / bands.watts[:, None]) @ XYZ_TO_BT709.T
@@ -29,7 +28,7 @@ def save_spectral(radiance: np.ndarray, bands: BandSet, path: Path) -> Path:
     header = {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1",
               "comments": "S0 is spectral radiance in W/(m2 sr nm), the mean over 10 nm; "
                           "RGB is linear BT.709 in cd/m2",
-              "chromaticities": CHROMATICITIES}
+              "chromaticities": (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)}  # BT.709, D65
     return _save(channels, header, path)
 
 
@@ -38,9 +37,9 @@ def _save(channels: dict[str, np.ndarray], header: dict, path: Path) -> Path:
 
     pixels = {name: np.ascontiguousarray(plane, dtype=np.float32)
               for name, plane in channels.items()}
-    # Light varies in its last digits everywhere: ZIPS takes many times as long for 6 % less.
+    # Radiance varies in its last digits everywhere: ZIPS saves 6 % and takes many times as long.
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
-    # In memory first: OpenEXR takes no name that is not UTF-8, and its errors do not tell a full disk.
+    # Written in memory first: OpenEXR refuses names that are not UTF-8, and does not report a full disk.
     written = BytesIO()
     with OpenEXR.File(header, pixels) as file:
         file.write(written)

@@ -1,4 +1,4 @@
-"""Time against error: every setting of a scene, and those that none beats."""
+"""A chart of error over time: all settings of a scene, and the front of the best ones."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,27 +6,27 @@ from pathlib import Path
 from renderer.colour.bands import BAND_SETS
 from renderer.pictures.charts import new_figure, saved
 
-COLOURS = ("#d62728", "#ff9d76", "#7b3fa0", "#b8b8b8", "#7f7f7f", "#1f77b4", "#101010")
-"""Of BAND_SETS."""
-ASKED_COLOUR, PEER_COLOURS = "#2a8c3c", ("#b8860b", "#8c564b")
-LOWEST = 1e-6
-
+ASKED_COLOUR = "#2a8c3c"
 
 def save_front(title: str, settings: list, front: list, marked: list, floor: float, path: Path,
                asked: Sequence = (), peers: Sequence = (), note: str = "") -> Path:
     """Draw settings (with bands, method, seconds, error) and the line through the best of them.
 
-    front : from the fastest on; marked : ringed; floor : error that the reference itself may have
-    asked : what `--accuracy` takes (with accuracy, seconds, error); peers : of other programs (with name and
-    points of seconds and error); note : on what these were given
+    front : from the fastest on
+    marked : settings with a ring
+    floor : possible error of the reference itself
+    asked : results of `--accuracy` (with accuracy, seconds, error)
+    peers : other programs (with name and points of seconds and error)
+    note : about the peers, for the legend
     """
     from matplotlib.ticker import LogLocator
 
     figure = new_figure(9.0, 5.4, f"{title}: what accuracy costs", dpi=100)
     axes = figure.subplots()
-    errors = {id(s): 100 * max(s.error, LOWEST) for s in settings}
+    colours = ("#d62728", "#ff9d76", "#7b3fa0", "#b8b8b8", "#7f7f7f", "#1f77b4", "#101010")
+    errors = {id(s): 100 * max(s.error, 1e-6) for s in settings}
     lowest, highest = min(errors.values()), max(errors.values())
-    for name, colour in zip(BAND_SETS, COLOURS, strict=True):
+    for name, colour in zip(BAND_SETS, colours, strict=True):
         for method, marker in (("contour", "o"), ("rays", "^")):
             shown = [s for s in settings if (s.bands, s.method) == (name, method)]
             axes.scatter([s.seconds for s in shown], [errors[id(s)] for s in shown], s=26, marker=marker,
@@ -41,11 +41,11 @@ def save_front(title: str, settings: list, front: list, marked: list, floor: flo
     axes.scatter([s.seconds for s in marked], [errors[id(s)] for s in marked], s=150, color="none",
                  edgecolor="black", lw=1.3, zorder=4, label="recommended")
     _add_asked(axes, asked)
-    for peer, colour, marker in zip(peers, PEER_COLOURS, "sD", strict=False):
-        axes.plot(*zip(*((seconds, 100 * max(error, LOWEST)) for seconds, error in peer.points), strict=True),
+    for peer, colour, marker in zip(peers, ("#b8860b", "#8c564b"), "sD", strict=False):
+        axes.plot(*zip(*((seconds, 100 * max(error, 1e-6)) for seconds, error in peer.points), strict=True),
                   color=colour, marker=marker, ms=4, lw=1.2, zorder=5, label=f"{peer.name}{note}")
-    more = [100 * max(a.error, LOWEST) for a in asked]
-    more += [100 * max(error, LOWEST) for peer in peers for _, error in peer.points]
+    more = [100 * max(a.error, 1e-6) for a in asked]
+    more += [100 * max(error, 1e-6) for peer in peers for _, error in peer.points]
     lowest, highest = min([lowest, *more]), max([highest, *more])
     axes.axhspan(min(lowest / 2, 50 * floor), 100 * floor, color="#e9efe6", zorder=0,
                  label="below what the reference tells")
@@ -66,7 +66,7 @@ def save_front(title: str, settings: list, front: list, marked: list, floor: flo
 def _add_asked(axes, asked: Sequence) -> None:
     if not asked:
         return
-    errors = [100 * max(a.error, LOWEST) for a in asked]
+    errors = [100 * max(a.error, 1e-6) for a in asked]
     axes.plot([a.seconds for a in asked], errors, color=ASKED_COLOUR, marker="P", ms=8, lw=1.6, zorder=6,
               label="--accuracy, with grids and bars")
     for a, error in zip(asked, errors, strict=True):

@@ -1,4 +1,4 @@
-"""Charts of the thousand colours, in slices along red as in the deck, and of the measured chips."""
+"""Charts of the thousand colours, in slices of equal red, and of the measured chips."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from renderer.colour.bands import LUMINANCE_WEIGHTS
 from renderer.colour.upsampling import cube
-from renderer.pictures.charts import WITHIN, new_figure, ratio_scale, saved
+from renderer.pictures.charts import RATIO_TOLERANCE, new_figure, ratio_scale, saved
 from renderer.pictures.image import encode
 from renderer.pictures.sheet import plain
 
@@ -16,21 +16,21 @@ AGAINST_RATIO = (("o", OWN, 46, "RGB within ±20 %"), ("v", "#c23b3b", 20, "RGB 
 AGAINST_BOUNDS = (("o", OWN, 46, "safe beyond doubt"), ("^", "#7f9fd0", 30, "RGB can only be too low"),
                   ("v", "#d89090", 30, "RGB can only be too high"), (".", "#909090", 60, "either"),
                   ("X", "black", 46, "unsafe beyond doubt"))
-MOST_NAMED = 7
-LINE, WORD = 0.045, 0.12
-"""Height and width of a chip's name, of a chart's."""
 
 
 def against_ratio(ratios: np.ndarray) -> np.ndarray:
-    """Index into AGAINST_RATIO of each ratio of spectral to RGB."""
-    return np.where(ratios < 1 - WITHIN - 1e-9, 1, np.where(ratios > 1 + WITHIN + 1e-9, 2, 0))
+    """Index into AGAINST_RATIO for each ratio of spectral to RGB."""
+    return np.where(
+        ratios < 1 - RATIO_TOLERANCE - 1e-9, 1, np.where(ratios > 1 + RATIO_TOLERANCE + 1e-9, 2, 0)
+    )
 
 
 def save_slices(rows: list[tuple[str, np.ndarray]], marks: tuple, title: str, path: Path) -> Path:
     """The cube of 10 × 10 × 10 colours as ten charts a row, each of one red.
 
-    rows : of a caption and an index into `marks` for each of the 1000 colours, red slowest. A single
-    row is broken into two rows of five.
+    rows : caption, and index into `marks` of each of the 1000 colours, red varying slowest; a single row is
+        shown as two rows of five charts
+    marks : AGAINST_RATIO or AGAINST_BOUNDS
     """
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Rectangle
@@ -42,7 +42,7 @@ def save_slices(rows: list[tuple[str, np.ndarray]], marks: tuple, title: str, pa
     inch = cell / step
     width, height = left + across * cell, (0.95 if single else 0.85) + down * lift * inch + 0.72
     figure = new_figure(width, height)
-    # One axes for all charts: a hundred of them would take ten times as long.
+    # One axes for all charts: a hundred axes would take ten times as long.
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(-left / inch, (width - left) / inch), ylim=((0.95 - height) / inch, 0.95 / inch))
     axes.axis("off")
@@ -96,9 +96,10 @@ def _legend(figure, marks: tuple) -> None:
 
 def save_chips(panels: list[tuple[str, np.ndarray]], rgb: np.ndarray, names: list[str], title: str,
                path: Path) -> Path:
-    """Measured paints: the ratio of 31 bands to RGB of each, the worst named.
+    """The ratio of 31 bands to RGB of each measured chip, with the names of the seven farthest from 1.
 
-    panels : of a caption and ratios (n,); rgb : (n, 3) linear, for the dots' colours and brightness.
+    panels : caption and ratios (n,)
+    rgb : (n, 3) linear BT.709, for colour and position of the dots
     """
     figure = new_figure(5.4 * len(panels) + 0.6, 5.2, title)
     every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
@@ -109,30 +110,31 @@ def save_chips(panels: list[tuple[str, np.ndarray]], rgb: np.ndarray, names: lis
                      zorder=2)
         axes.set(xlabel="luminous reflectance", xlim=(0, 1.06 * bright.max()))
         axes.set_title(plain(caption), fontsize=10)
-        far = np.argsort(-np.abs(np.log(height)), kind="stable")[:MOST_NAMED]
-        _name(axes, bright, height, names, [k for k in far if abs(ratios[k] - 1) > WITHIN])
+        far = np.argsort(-np.abs(np.log(height)), kind="stable")[:7]
+        _name(axes, bright, height, names, [k for k in far if abs(ratios[k] - 1) > RATIO_TOLERANCE])
     return saved(figure, path)
 
 
 def _name(axes, x: np.ndarray, y: np.ndarray, names: list[str], chosen: list[int]) -> None:
-    """Write the names of the chosen points beside them, where fewest points and no names are covered."""
+    """Write the names of the chosen points beside them, where they cover fewest points and no other name."""
+    line, word = 0.045, 0.12  # height and width of a name, relative to the chart's
     low, high = np.log(axes.get_ylim())
     across, up = x / axes.get_xlim()[1], (np.log(y) - low) / (high - low)  # 0 … 1 in the chart
     placed: list[tuple[float, float]] = []
 
     def cost(k: int, left: float, middle: float) -> float:
-        hidden = (np.abs(up - middle) < LINE * 0.6) & (across > left - 0.01) & (across < left + WORD)
-        other = any(abs(middle - m) < LINE and abs(left - x0) < WORD for x0, m in placed)
-        return hidden.sum() + 100 * other + 0.5 * abs(middle - up[k]) / LINE
+        hidden = (np.abs(up - middle) < line * 0.6) & (across > left - 0.01) & (across < left + word)
+        other = any(abs(middle - m) < line and abs(left - x0) < word for x0, m in placed)
+        return hidden.sum() + 100 * other + 0.5 * abs(middle - up[k]) / line
 
     for k in sorted(chosen, key=lambda k: y[k]):
         lowest = 0 if y[k] > 1 and up[k] < 0.85 else -16  # where there is room, names stand outside
-        spots = [(left, up[k] + step * LINE / 2) for step in range(lowest, 17)
-                 for left in (across[k] - WORD - 0.02, across[k] + 0.03)]
-        left, middle = min((s for s in spots if LINE < s[1] < 1 - LINE and 0 < s[0] < 1 - WORD),
+        spots = [(left, up[k] + step * line / 2) for step in range(lowest, 17)
+                 for left in (across[k] - word - 0.02, across[k] + 0.03)]
+        left, middle = min((s for s in spots if line < s[1] < 1 - line and 0 < s[0] < 1 - word),
                            key=lambda spot: cost(k, *spot))
         placed.append((left, middle))
         right = left < across[k]
-        axes.annotate(names[k], (x[k], y[k]), (left + (WORD if right else 0), middle),
+        axes.annotate(names[k], (x[k], y[k]), (left + (word if right else 0), middle),
                       textcoords="axes fraction", fontsize=8, ha="right" if right else "left", va="center",
                       arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "#808080", "shrinkB": 2})

@@ -1,4 +1,4 @@
-"""A grid's isolux plan: contours and numbers, over the room, its furniture and its luminaires."""
+"""The isolux plan of a grid: contours and numbers over the room, its furniture and its luminaires."""
 
 from pathlib import Path
 
@@ -10,22 +10,9 @@ from renderer.readings.grid import GridReading
 from renderer.scene.grids import Grid
 from renderer.scene.scene import Scene
 
-LEVELS = 8
-"""About so many contours."""
-FINER, NEIGHBOURS = 8, 400
-"""Places from one point to the next at which light is interpolated, and points that each comes from."""
-NUMBER_WIDTH, NUMBER_HEIGHT = 22.0, 9.0
-"""Of a point's number, with some air [points]."""
-SMALL = 0.35
-"""A grid shorter than this share of the room is shown with its surroundings only."""
-FINE_MESH = 20_000
-"""An object of more faces is drawn as its hull."""
-LEVEL = 0.9
-"""Cosine between a grid's plane and the floor from which it is drawn as a plan."""
-
 
 def save_isolux(scene: Scene, reading: GridReading, path: Path) -> Path:
-    """Draw one grid's plan, or its elevation where it stands upright."""
+    """Draw the plan of a grid, or the elevation of an upright one."""
     grid = reading.grid
     axes_of = _axes(grid)
     width, height = np.ptp(_flat(scene.room.corners, grid, axes_of), axis=0)
@@ -63,9 +50,9 @@ def _lux(value: float) -> str:
 
 
 def _axes(grid: Grid) -> np.ndarray:
-    """Directions across, up and out of the paper (3, 3): the room's x and y for a level grid."""
+    """Unit vectors (3, 3) across, up and out of the paper: those of the room for a nearly level grid."""
     out = np.cross(grid.u, grid.v) / (np.linalg.norm(grid.u) * np.linalg.norm(grid.v))
-    if abs(out[2]) > LEVEL:
+    if abs(out[2]) > 0.9:
         return np.eye(3)
     up = np.array([0.0, 0.0, 1.0]) - out[2] * out
     up /= np.linalg.norm(up)
@@ -79,13 +66,13 @@ def _flat(points: np.ndarray, grid: Grid, axes_of: np.ndarray) -> np.ndarray:
 
 
 def _draw_light(axes, reading: GridReading, axes_of: np.ndarray):
-    """Filled contours of interpolated light, and their lines; None where all light is alike."""
+    """Draw filled contours of interpolated illuminance, and their lines; None for uniform illuminance."""
     grid = reading.grid
     drawn = None
     if min(grid.counts) > 1 and np.ptp(reading.total) > 1e-6 * reading.most.value:
         from matplotlib.ticker import MaxNLocator
 
-        levels = MaxNLocator(LEVELS).tick_values(reading.least.value, reading.most.value)
+        levels = MaxNLocator(8).tick_values(reading.least.value, reading.most.value)
         places, lux = interpolated(reading)
         surface = (*np.moveaxis(_flat(places, grid, axes_of), -1, 0), np.ma.masked_invalid(lux))
         filled = axes.contourf(*surface, levels=levels, cmap="YlOrBr", alpha=0.75, zorder=1)
@@ -97,38 +84,44 @@ def _draw_light(axes, reading: GridReading, axes_of: np.ndarray):
 
 
 def interpolated(reading: GridReading) -> tuple[np.ndarray, np.ndarray]:
-    """Places (k_v, k_u, 3) [m] from the first to the last point each way, and the light there [lx]: a thin
-    plate through the points read, kept between their extremes; NaN where the nearest point was not read."""
+    """Places (k_v, k_u, 3) [m], eight to each step of the grid, and the illuminance there (k_v, k_u) [lx].
+
+    A thin plate spline through the points that were read, limited to their range; NaN where the nearest point
+    was not read.
+    """
     from scipy.interpolate import RBFInterpolator
     from scipy.spatial import cKDTree
 
     grid = reading.grid
     n_u, n_v = grid.counts
-    across, up = ((0.5 + np.linspace(0, n - 1, (n - 1) * FINER + 1)) / n for n in (n_u, n_v))
+    across, up = ((0.5 + np.linspace(0, n - 1, (n - 1) * 8 + 1)) / n for n in (n_u, n_v))
     t, s = np.meshgrid(up, across, indexing="ij")
     places = grid.corner + s[..., None] * grid.u + t[..., None] * grid.v
-    fine = np.column_stack([(s * n_u).ravel(), (t * n_v).ravel()])  # in cells, so that both ways count alike
+    fine = np.column_stack(
+        [(s * n_u).ravel(), (t * n_v).ravel()]
+    )  # in cells, for equal weight of both directions
     centres = np.array([(i + 0.5, j + 0.5) for j in range(n_v) for i in range(n_u)])
     near = cKDTree(centres).query(fine)[1]
     kernel = {"kernel": "linear", "degree": 0} if _in_line(reading) else {"kernel": "thin_plate_spline"}
     plate = RBFInterpolator(centres[reading.read], reading.total,
-                            neighbors=min(NEIGHBOURS, int(reading.read.sum())), **kernel)
+                            neighbors=min(400, int(reading.read.sum())), **kernel)
     lux = np.clip(plate(fine), reading.total.min(), reading.total.max())
     return places, np.where(reading.read[near], lux, np.nan).reshape(s.shape)
 
 
 def _in_line(reading: GridReading) -> bool:
-    """Whether the points read lie on one line: no plane lies under a plate then."""
+    """Whether the points that were read lie on one line, which determines no thin plate."""
     places = np.argwhere(reading.read.reshape(reading.grid.counts[::-1]))
     return np.linalg.matrix_rank(places - places[0]) < 2
 
 
 def _write_numbers(figure, axes, reading: GridReading, axes_of: np.ndarray, lines) -> None:
-    """Each point's own number where there is room, then the contours' lux where they cover none."""
+    """Write the illuminance at each point where there is room, then those of contours where they cover
+    none."""
     figure.draw_without_rendering()
     to_paper = axes.transData.transform
     places = to_paper(_flat(reading.grid.points, reading.grid, axes_of))
-    width, height = (figure.dpi / 72 * x for x in (NUMBER_WIDTH, NUMBER_HEIGHT))
+    width, height = (figure.dpi / 72 * x for x in (22.0, 9.0))  # of a number in points
     taken: list[np.ndarray] = []
     for index, value in zip(np.flatnonzero(reading.read), reading.total, strict=True):
         at = places[index]
@@ -154,26 +147,26 @@ def _write_numbers(figure, axes, reading: GridReading, axes_of: np.ndarray, line
 
 
 def _free(at: np.ndarray, taken: list[np.ndarray], width: float, height: float) -> bool:
-    """Whether a label in the middle of a box (width, height) overlaps none of those taken."""
+    """Whether a label of size (width, height) at `at` overlaps none of the labels at `taken`."""
     return not any(abs(at[0] - x) < width and abs(at[1] - y) < height for x, y in taken)
 
 
 def _zoom(axes, reading: GridReading, axes_of: np.ndarray, room: np.ndarray) -> None:
-    """Show a grid that is small in its room (k, 2) with what is around it, not lost in the whole plan."""
+    """Zoom to a grid and its surroundings where it is shorter than 0.35 of the room (k, 2)."""
     corners = _flat(reading.grid.corner + np.array([0 * reading.grid.u, reading.grid.u, reading.grid.v,
                                                     reading.grid.u + reading.grid.v]), reading.grid, axes_of)
     low, high = corners.min(axis=0), corners.max(axis=0)
-    if (high - low).max() < SMALL * np.ptp(room, axis=0).max():
+    if (high - low).max() < 0.35 * np.ptp(room, axis=0).max():
         margin = 0.5 * (high - low).max()
         middle, reach = (low + high) / 2, (high - low).max() / 2 + margin
         axes.set(xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach))
 
 
 def _draw_room(axes, scene: Scene, grid: Grid, axes_of: np.ndarray) -> None:
-    """The room cut by the grid's plane, what stands in it, its luminaires."""
+    """Draw the section of the room in the grid's plane, the objects and the luminaires."""
     from matplotlib.collections import LineCollection
 
-    # A hair off the plane, into the room: a grid on the floor cuts no wall.
+    # Slightly off the plane, into the room: a grid on the floor cuts no wall.
     inward = np.sign((scene.room.bounds.mean(axis=0) - grid.corner) @ axes_of[2]) or 1.0
     at = grid.corner + 1e-4 * scene.room.scale * inward * axes_of[2]
 
@@ -197,10 +190,10 @@ def _draw_room(axes, scene: Scene, grid: Grid, axes_of: np.ndarray) -> None:
 
 
 def _footprint(mesh: trimesh.Trimesh) -> list[np.ndarray]:
-    """Outlines of a body seen from above, each (k, 2) [m]."""
+    """Outlines (k, 2) [m] of a body from above; of one with over 20,000 faces its convex hull."""
     import shapely
 
-    if len(mesh.faces) > FINE_MESH:
+    if len(mesh.faces) > 20_000:
         shape = shapely.convex_hull(shapely.MultiPoint(mesh.vertices[:, :2]))
     else:
         flat = shapely.polygons(mesh.triangles[:, :, :2])

@@ -1,8 +1,8 @@
-"""How much of a pixel a luminaire covers where its edge passes, or that of something before it.
+"""The share of a pixel that a luminaire covers at its edge, or at the edge of a surface before it.
 
-A lamp is some hundred times as bright as what surrounds it, so a share of a pixel that is right to 1/16,
-enough for any other edge, leaves most of a picture's error in a few hundred pixels. Rays that see the lamp
-or not, and need no light, are cheap.
+A luminaire is about a hundred times as bright as its surroundings. A share to 1/16, enough for other edges,
+would leave most of a picture's error in the few hundred pixels along luminaires. Many rays are cast for these
+pixels; they need no illuminance and are cheap.
 """
 
 import numpy as np
@@ -12,17 +12,19 @@ from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.transport import Transport
 
-LAMP_RAYS, LATTICE = 987, 610
-"""Rays through what a luminaire can cover of a pixel, and the Fibonacci number before it: they stand evenly
-for slanted edges, and each in a column and a row of its own for upright ones. (Niederreiter and Sloan 1994,
-J. Comput. Appl. Math. 51, 57.)"""
+LAMP_RAYS = 987
+"""Rays through the part of a pixel that a luminaire may cover: a Fibonacci number, for a Fibonacci
+lattice."""
 
 
 def lamp_shares(transport: Transport, camera: Pinhole, middles: np.ndarray, corners: np.ndarray):
-    """Share (m,) of pixels (m,), counted row by row, that luminaires' faces, surfaces (m,), cover where an
-    edge passes, and unit directions (m, 3) from there to the camera.
+    """Pixels (m,) with an edge of a luminaire, the luminaires' surfaces (m,), the shares (m,) that they
+    cover, and unit directions (m, 3) from there to the camera.
 
-    middles : (height, width) surface at each pixel's middle; corners : (height + 1, width + 1) at its corners
+    Pixels are counted row by row.
+
+    middles : (height, width) surface at the centre of each pixel
+    corners : (height + 1, width + 1) surface at the corners
     """
     at = np.stack([middles, corners[:-1, :-1], corners[:-1, 1:], corners[1:, :-1], corners[1:, 1:]])
     pixels, surfaces, lows, highs = [], [], [], []
@@ -32,7 +34,7 @@ def lamp_shares(transport: Transport, camera: Pinhole, middles: np.ndarray, corn
             continue
         shown = at == surface
         partly = np.flatnonzero(shown.any(axis=0) & ~shown.all(axis=0))
-        # The outline also finds what is smaller than a pixel.
+        # The outline also crosses pixels for a luminaire smaller than a pixel.
         pixel = np.union1d(partly, camera.crossed(edges))
         corner = np.stack([pixel % camera.width, pixel // camera.width], axis=1)
         pixels.append(pixel)
@@ -49,7 +51,7 @@ def lamp_shares(transport: Transport, camera: Pinhole, middles: np.ndarray, corn
 
 
 def _face(transport: Transport, surface: int, luminaire: Luminaire) -> np.ndarray:
-    """A luminaire's outline (k, 3) [m] where the mesh has it, on what it is mounted on."""
+    """A luminaire's outline (k, 3) [m] in the plane of its patches in the mesh."""
     mesh = transport.mesh
     first = np.argmax(mesh.surface == surface)
     return luminaire.outline + (mesh.centroid[first] - luminaire.center) @ luminaire.normal * luminaire.normal
@@ -57,10 +59,14 @@ def _face(transport: Transport, surface: int, luminaire: Luminaire) -> np.ndarra
 
 def _hit(transport: Transport, camera: Pinhole, surface: np.ndarray, low: np.ndarray,
          high: np.ndarray) -> np.ndarray:
-    """Share (k,) of the rays through parts of the picture, from low to high (k, 2) [pixels], that meet a
-    surface (k,)."""
+    """Share (k,) of the rays through rectangles of the picture, low to high (k, 2) [pixels], that meet a
+    surface (k,).
+
+    The rays form a Fibonacci lattice: even for slanted edges, and each in a column and a row of its own for
+    upright ones (H. Niederreiter and I. H. Sloan, J. Comput. Appl. Math. 51, 1994, 57).
+    """
     k = np.arange(LAMP_RAYS)
-    square = np.stack([k + 0.5, k * LATTICE % LAMP_RAYS + 0.5], axis=1) / LAMP_RAYS
+    square = np.stack([k + 0.5, k * 610 % LAMP_RAYS + 0.5], axis=1) / LAMP_RAYS
     share = np.empty(len(surface))
 
     def work(start: int, stop: int) -> None:

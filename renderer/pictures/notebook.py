@@ -1,4 +1,4 @@
-"""A solution as a notebook shows it: a small picture, and the photometers' readings with error bars."""
+"""The display of a solution in a notebook: a small picture, and the photometers' readings with error bars."""
 
 import base64
 import io
@@ -10,16 +10,12 @@ from PIL import Image
 from renderer.errors import InputError
 from renderer.pictures.camera import look
 from renderer.pictures.image import exposure, tone_map, white_balance
-from renderer.pictures.pseudocolour import pseudocolour, scale_top
+from renderer.pictures.pseudocolour import luminance_colours, scale_top
 from renderer.solving.solution import Solution
-
-WIDTH = 360
-"""Pixels of the picture, at most: it is there to recognise the room by."""
-CELL = "<td style='text-align:right'>"
 
 
 def html(solution: Solution) -> str:
-    """Picture and table of a solution as HTML that needs no other file; what cannot be shown says why."""
+    """Picture and table of a solution as HTML without other files, with the reason where one is missing."""
     scene, bands = solution.scene, solution.bands
     head = (f"<b>{escape(scene.title)}</b>, {escape(bands.name)} bands, "
             f"{len(solution.transport.mesh.patches)} patches")
@@ -41,16 +37,18 @@ def _figure(solution: Solution) -> str:
 
 
 def picture(solution: Solution) -> np.ndarray:
-    """What the scene's camera sees (height, width, 3) bytes, no wider than WIDTH; as luminance where the
-    bands know no colour. Raises InputError where the camera stands inside a solid."""
+    """The view of the scene's camera as bytes (height, width, 3), at most 360 pixels wide or high.
+
+    For bands without colour a luminance map. Raises InputError for a camera inside a solid.
+    """
     scene, bands = solution.scene, solution.bands
     width, height = scene.camera.resolution
-    smaller = min(1.0, WIDTH / max(width, height))
+    smaller = min(1.0, 360 / max(width, height))
     size = tuple(max(8, round(smaller * side)) for side in (width, height))
     view = look(solution.transport, scene.camera.model_copy(update={"resolution": size}), str(scene.path))
     xyz = view.direct(solution, bands.xyz) + view.indirect(solution, bands.xyz)
     if bands.nodes is not None:
-        return pseudocolour(xyz[..., 1], scale_top([xyz[..., 1]], [view.shows_surface]))
+        return luminance_colours(xyz[..., 1], scale_top([xyz[..., 1]], [view.shows_surface]))
     balanced = xyz @ white_balance(solution.flux.sum(axis=0) @ bands.xyz).T
     return tone_map(balanced, exposure([balanced], [view.shows_surface]))
 
@@ -69,7 +67,8 @@ def _table(solution: Solution) -> str:
             continue
         cells = (f"{reading.direct_lx:.2f}", f"{reading.indirect_lx:.2f}", f"{reading.total_lx:.2f}",
                  f"± {reading.uncertainty:.2g}")
-        rows.append(f"<tr><td>{name}</td>" + "".join(f"{CELL}{cell}</td>" for cell in cells) + "</tr>")
+        rows.append(f"<tr><td>{name}</td>" + "".join(
+            f"<td style='text-align:right'>{cell}</td>" for cell in cells) + "</tr>")
     heads = ("photometer", "direct lx", "indirect lx", "total lx", "95 %")
     return (f"<table><thead><tr>{''.join(f'<th>{h}</th>' for h in heads)}</tr></thead>"
             f"<tbody>{''.join(rows)}</tbody></table>")

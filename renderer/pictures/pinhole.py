@@ -1,4 +1,5 @@
-"""A pinhole: where things appear in a picture, and in which direction a place of it looks."""
+"""A pinhole camera: places in the picture from points in the room, and directions from places in the
+picture."""
 
 from dataclasses import dataclass
 
@@ -6,13 +7,16 @@ import numpy as np
 
 from renderer.scene.meter_tables import CameraTable
 
-NEAREST = 1e-6
-"""What is nearer to the camera's own plane than this share of its distance is behind it."""
-
 
 @dataclass(frozen=True)
 class Pinhole:
-    """Position (3,) [m], the axes right, up and forward (3, 3), and the picture's proportions."""
+    """A pinhole camera.
+
+    position : (3,) [m]
+    axes : (3, 3) unit vectors right, up and forward
+    width, height : of the picture [pixels]
+    spread : tangent of half the horizontal angle of view
+    """
 
     position: np.ndarray
     axes: np.ndarray
@@ -28,7 +32,7 @@ class Pinhole:
         return d / np.linalg.norm(d, axis=-1, keepdims=True)
 
     def project(self, point: np.ndarray) -> tuple[float, float] | None:
-        """Where a point (3,) appears [pixels], or None where it is not in the picture."""
+        """Place [pixels] of a point (3,) in the picture; None for a point outside it."""
         right, up, forward = self.axes @ (point - self.position)
         if forward <= 0:
             return None
@@ -37,10 +41,10 @@ class Pinhole:
         return (x, y) if 0 <= x <= self.width and 0 <= y <= self.height else None
 
     def edges(self, outline: np.ndarray) -> np.ndarray:
-        """Edges (m, 2, 2) of a flat outline (k, 3) as they appear [pixels], also beyond the picture; without
-        what is behind the camera."""
+        """Edges (m, 2, 2) [pixels] of a flat outline (k, 3), also beyond the picture, without parts behind
+        the camera."""
         a = (outline - self.position) @ self.axes.T
-        near = NEAREST * np.linalg.norm(a, axis=1).max()
+        near = 1e-6 * np.linalg.norm(a, axis=1).max()
         b = np.roll(a, -1, axis=0)
         ahead = np.maximum(a[:, 2], b[:, 2]) > near
         ends = [_before(near, *pair) for pair in ((a[ahead], b[ahead]), (b[ahead], a[ahead]))]
@@ -50,7 +54,7 @@ class Pinhole:
         return np.stack([x, y], axis=2)
 
     def crossed(self, edges: np.ndarray) -> np.ndarray:
-        """Pixels (k,), counted row by row, through which edges (m, 2, 2) [pixels] pass."""
+        """Pixels (k,), counted row by row, that edges (m, 2, 2) [pixels] pass through."""
         size = np.array([self.width, self.height])
         found = [np.zeros(0, dtype=int)]
         for a, b in edges:
@@ -60,7 +64,7 @@ class Pinhole:
                     lines = np.arange(max(0, np.ceil(min(start, end))), min(last, max(start, end)) + 1)
                     along.append((lines - start) / (end - start))
             along = np.unique(np.clip(np.concatenate(along), 0, 1))
-            # Between two lines of the grid an edge is in one pixel.
+            # Between two crossings of grid lines an edge is in one pixel.
             x, y = np.floor(a + ((along[1:] + along[:-1]) / 2)[:, None] * (b - a)).T
             inside = (x >= 0) & (x < self.width) & (y >= 0) & (y < self.height)
             found.append((y[inside] * self.width + x[inside]).astype(int))
@@ -68,7 +72,7 @@ class Pinhole:
 
 
 def pinhole(table: CameraTable) -> Pinhole:
-    """The camera that a scene file describes."""
+    """The camera of a scene file."""
     position = np.array(table.position)
     forward = np.array(table.look_at) - position
     forward /= np.linalg.norm(forward)
@@ -81,7 +85,7 @@ def pinhole(table: CameraTable) -> Pinhole:
 
 
 def _before(near: float, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Ends a (m, 3) of edges from a to b, moved along them to where they are that far before a camera."""
+    """Ends a (m, 3) of edges from a to b, moved along the edge to the distance `near` before the camera."""
     behind = a[:, 2] < near
     share = np.where(behind, near - a[:, 2], 0) / np.where(behind, b[:, 2] - a[:, 2], 1)
     return a + share[:, None] * (b - a)

@@ -1,4 +1,4 @@
-"""Luminance as colour, with a legend in cd/m²."""
+"""Luminance in pseudocolour, with a legend in cd/m²."""
 
 import io
 
@@ -6,15 +6,16 @@ import numpy as np
 from PIL import Image
 
 COLOUR_MAP, RAINBOW, DIFFERENCE = "viridis", "turbo", "PuOr_r"
-"""matplotlib's: of luminance, clear to the colour-blind; the rainbow on request; of signed differences."""
-NO_LIGHT = "#000000"
+"""matplotlib's maps of luminance (safe for the colour-blind), of luminance on request, of signed
+differences."""
 LEGEND_WIDTH = 96
 
 
 def scale_top(luminances: list[np.ndarray], on_surface: list[np.ndarray]) -> float:
-    """Upper end [cd/m²] of one scale for luminance maps (height, width) that are compared.
+    """Upper end [cd/m²] of one scale for luminance maps (height, width): a round number that at most 0.1 % of
+    the pixels of surfaces exceed.
 
-    A round number that no more than 0.1 % of the surfaces' pixels exceed.
+    on_surface : (height, width) of each map, whether a pixel shows a surface and no luminaire
     """
     top = max((np.percentile(lum[mask], 99.9)
                for lum, mask in zip(luminances, on_surface, strict=True) if mask.any()), default=0.0)
@@ -25,7 +26,7 @@ def scale_top(luminances: list[np.ndarray], on_surface: list[np.ndarray]) -> flo
 
 
 def colour_map(palette: str = COLOUR_MAP):
-    """The map from 0 … 1; what is above (a lamp) is white."""
+    """The map from 0 … 1 to colours; white above 1."""
     from matplotlib import colormaps
     from matplotlib.colors import LinearSegmentedColormap
 
@@ -35,24 +36,24 @@ def colour_map(palette: str = COLOUR_MAP):
 
 
 def difference_map():
-    """The map of a signed difference, 0.5 where there is none."""
+    """The map from 0 … 1 to colours of a signed difference, 0 at 0.5; black for NaN."""
     from matplotlib import colormaps
 
-    return colormaps[DIFFERENCE].with_extremes(bad=NO_LIGHT)
+    return colormaps[DIFFERENCE].with_extremes(bad="black")
 
 
-def pseudocolour(luminance: np.ndarray, top: float, palette: str = COLOUR_MAP) -> np.ndarray:
-    """A luminance map (height, width) [cd/m²] as bytes (height, width, 3)."""
+def luminance_colours(luminance: np.ndarray, top: float, palette: str = COLOUR_MAP) -> np.ndarray:
+    """A map of luminance (height, width) [cd/m²] as bytes (height, width, 3)."""
     return colour_map(palette)(luminance / top, bytes=True)[..., :3]
 
 
 def difference_colours(percent: np.ndarray, limit: float) -> np.ndarray:
-    """Signed differences (height, width) [%] between −limit and limit as bytes; NaN (no light) is black."""
+    """Signed differences (height, width) [%] within ±limit as bytes (height, width, 3); NaN is black."""
     return difference_map()(0.5 + 0.5 * np.clip(percent / limit, -1, 1), bytes=True)[..., :3]
 
 
 def legend(height: int, top: float, unit: str = "cd/m²", palette: str = COLOUR_MAP) -> np.ndarray:
-    """The scale as a picture (height, LEGEND_WIDTH, 3), to stand to the right of a map."""
+    """The scale as a picture (height, LEGEND_WIDTH, 3) for the right side of a map."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -67,7 +68,7 @@ def legend(height: int, top: float, unit: str = "cd/m²", palette: str = COLOUR_
 
 def draw_legend(figure, axes, top: float, size: float = 9, unit: str = "cd/m²",
                 palette: str = COLOUR_MAP) -> None:
-    """Draw the scale into a matplotlib axes."""
+    """Draw the scale into matplotlib axes."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 

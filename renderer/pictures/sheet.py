@@ -1,4 +1,4 @@
-"""Every picture of several rooms on one sheet, and the deck's sequence: grey beside red."""
+"""All pictures of several rooms on one sheet, in columns."""
 
 import warnings
 from dataclasses import dataclass
@@ -10,14 +10,13 @@ from renderer.pictures.pseudocolour import COLOUR_MAP, draw_legend
 from renderer.readings.reading import Reading
 from renderer.system.files import whole_file
 
-ROWS = ("(a) reflectance", "(b) direct light", "(c) direct light:\nluminance",
-        "(d) with inter-\nreflection", "(e) with inter-\nreflection:\nluminance")
 BAND_TITLES = {"rgb": "RGB", "rgb-prefiltered": "RGB, prefiltered", "31": "31 bands"}
 
 
 @dataclass(frozen=True)
 class Column:
-    """One room in one band set: five pictures, the photometers' places in them, the readings."""
+    """One room in one band set: five pictures, the photometers' places in them [pixels], the readings, and
+    their ratios to the first room's."""
 
     title: str
     bands: str
@@ -28,14 +27,16 @@ class Column:
 
 
 def save_sheet(columns: list[Column], top: float, path: Path, palette: str = COLOUR_MAP) -> Path:
-    """Lay the columns side by side, rows (a) to (e), with one scale 0 … top [cd/m²]."""
+    """Draw the columns side by side, with one scale 0 … top [cd/m²] for luminance."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     tall = max(c.pictures[0].shape[0] / c.pictures[0].shape[1] for c in columns)
     cell, left, right, head, foot = 2.35, 1.25, 0.85, 0.85, 0.72
+    labels = ("(a) reflectance", "(b) direct light", "(c) direct light:\nluminance",
+              "(d) with inter-\nreflection", "(e) with inter-\nreflection:\nluminance")
     width = left + len(columns) * cell + right
-    height = head + len(ROWS) * (cell * tall + 0.06) + foot
+    height = head + len(labels) * (cell * tall + 0.06) + foot
     figure = Figure(figsize=(width, height), dpi=120)
     FigureCanvasAgg(figure)
     figure.text(0.5 * (left + width - right) / width, 1 - 0.22 / height, _headline(columns),
@@ -55,7 +56,7 @@ def save_sheet(columns: list[Column], top: float, path: Path, palette: str = COL
                 axes.plot(px, py, "o", ms=5, mfc="none", mec="black", mew=2.2)
                 axes.plot(px, py, "o", ms=5, mfc="none", mec="white", mew=1.0)
             if k == 0:
-                figure.text(0.1 / width, (y + cell * tall / 2) / height, ROWS[row], va="center",
+                figure.text(0.1 / width, (y + cell * tall / 2) / height, labels[row], va="center",
                             fontsize=10)
         figure.text((x + cell / 2) / width, (foot - 0.08) / height, _caption(column), ha="center",
                     va="top", fontsize=8.5, linespacing=1.35)
@@ -67,13 +68,13 @@ def save_sheet(columns: list[Column], top: float, path: Path, palette: str = COL
         draw_legend(figure, figure.add_axes(((x + 0.14) / width, (y + 0.08) / height, 0.14 / width,
                                              (cell * tall - 0.42) / height)), top, 8, palette=palette)
     with whole_file(path) as part, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a script that the font lacks
+        warnings.filterwarnings("ignore", "Glyph", UserWarning)  # letters that the font does not have
         figure.savefig(part)
     return path
 
 
 def plain(text: str) -> str:
-    """Text that matplotlib shows as it stands: no formulas, no control characters."""
+    """Text that matplotlib shows literally: without formulas and control characters."""
     return "".join(c for c in text if c.isprintable()).replace("$", r"\$")
 
 

@@ -1,4 +1,4 @@
-"""Figures of the study of RGB in rooms; they read in grey print."""
+"""Charts of the study of RGB in rooms, readable in grey print."""
 
 from pathlib import Path
 
@@ -7,7 +7,6 @@ import numpy as np
 from renderer.system.files import whole_file
 
 GREYS = ("0.75", "0.5", "0.15")
-HATCHES = ("", "///", "xxx")
 MARKERS = ("o", "s", "^")
 
 
@@ -28,7 +27,7 @@ def _save(figure, path: Path) -> Path:
 def bars_within(
     path: Path, groups: list[str], series: dict[str, list[float]], title: str, label: str
 ) -> Path:
-    """Shares [%] as bars: one group a palette or reading, one bar a bound."""
+    """Draw shares [%] as bars, one group a palette or reading, one bar a bound."""
     figure, axes = _figure()
     width = 0.8 / len(series)
     for k, (name, values) in enumerate(series.items()):
@@ -39,7 +38,7 @@ def bars_within(
             width,
             label=name,
             color=GREYS[k % 3],
-            hatch=HATCHES[k % 3],
+            hatch=("", "///", "xxx")[k % 3],
             edgecolor="k",
             linewidth=0.5,
         )
@@ -51,8 +50,10 @@ def bars_within(
 
 
 def error_against_rule(path: Path, given: np.ndarray, error: np.ndarray, red: np.ndarray) -> Path:
-    """RGB's error over what the rule gives (n,) [%]; red : (n,) whether the room favours red, as the rule
-    asks."""
+    """Draw RGB's error over its prediction (n,) [%].
+
+    red : (n,) whether the room favours red, as the rule requires
+    """
     figure, axes = _figure()
     for chosen, colour, marker, name in ((~red, "0.72", "^", "rooms that favour green or blue: no rule"),
                                          (red, "0.15", "o", "rooms that favour red")):
@@ -72,7 +73,7 @@ def error_against_rule(path: Path, given: np.ndarray, error: np.ndarray, red: np
 
 
 def models_by_cost(path: Path, models: dict[str, tuple[int, list[float]]], bounds: tuple[float, ...]) -> Path:
-    """Share of readings within each bound [%] over the number of bands of each model."""
+    """Draw the share of readings within each bound [%] over the number of bands of each model."""
     figure, axes = _figure()
     for k, bound in enumerate(bounds):
         bands = [bands for bands, _ in models.values()]

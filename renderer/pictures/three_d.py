@@ -1,4 +1,4 @@
-"""The patches in three dimensions: a .vtp file, and a view with the near walls taken away."""
+"""The patches in three dimensions: a .vtp file, and a view without the near walls."""
 
 import os
 import sys
@@ -14,7 +14,7 @@ from renderer.system.files import whole_file
 
 
 def _pyvista():
-    """The module, told to draw off screen without asking for an X server where there is none."""
+    """The pyvista module, set to draw off screen where there is no X server."""
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     import pyvista
@@ -44,10 +44,10 @@ def patches(solution: Solution):
 
 
 def save_vtp(data, path: Path) -> Path:
-    """Write `patches` for ParaView and the like."""
+    """Write `patches` for ParaView and similar programs."""
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-    # In memory first: VTK takes no name that is not UTF-8, and does not raise where the disk is full.
+    # Written in memory first: VTK refuses names that are not UTF-8, and does not report a full disk.
     writer = vtkXMLPolyDataWriter()
     writer.SetInputData(data)
     writer.SetDataModeToAppended()

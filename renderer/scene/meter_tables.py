@@ -45,6 +45,10 @@ class PhotometerGridTable(StrictTable):
         return self
 
 
+MIN_ACCEPTANCE_DEG, MAX_ACCEPTANCE_DEG = 0.01, 120.0
+"""Full acceptance angles of a luminance meter [degrees]."""
+
+
 class SightTable(StrictTable):
     """The place of an eye and the direction it looks in."""
 
@@ -73,7 +77,7 @@ class SpotMeterTable(SightTable):
     """A luminance meter, with its full acceptance angle in degrees."""
 
     name: str = "spot meter"
-    angle: Annotated[float, Field(strict=True, ge=0.01, le=120)] = 1.0
+    angle: Annotated[float, Field(strict=True, ge=MIN_ACCEPTANCE_DEG, le=MAX_ACCEPTANCE_DEG)] = 1.0
 
 
 class ObserverTable(SightTable):

@@ -1,4 +1,4 @@
-"""A room's report for a client: what is installed, what it gives, and whether that is what was asked."""
+"""A room's report for a client: the installation, its readings, and the requirements that they meet."""
 
 import base64
 import io
@@ -26,15 +26,13 @@ from renderer.solving.refine import solve_until
 from renderer.solving.solution import Solution
 from renderer.solving.transport_store import Progress, TransportStore
 
-PICTURE_PIXELS = 640 * 480
-"""Of the room's picture."""
-
 
 @dataclass(frozen=True)
 class Luminaires:
-    """One line of the schedule: alike luminaires of a table of the scene file.
+    """One line of the schedule: the luminaires of one table of the scene file.
 
-    lumens, watts : of one [lm], new, and [W]; None where the watts are not stated
+    lumens : of one new luminaire [lm]
+    watts : of one luminaire [W]; None where they are not stated
     """
 
     name: str
@@ -47,7 +45,7 @@ class Luminaires:
 
 @dataclass(frozen=True)
 class Finish:
-    """One material: its luminous reflectance under D65, its colour, the area that has it [m²]."""
+    """One material: luminous reflectance under D65, colour as "#rrggbb", area [m²]."""
 
     name: str
     reflectance: float
@@ -57,7 +55,7 @@ class Finish:
 
 @dataclass(frozen=True)
 class ClientRoom:
-    """All that a client's report says of one room; pictures are PNG files as data addresses."""
+    """The contents of a client's report on one room; pictures are PNG files as data addresses."""
 
     scene: Scene
     solution: Solution
@@ -73,14 +71,14 @@ class ClientRoom:
 
     @property
     def watts_per_square_metre(self) -> float | None:
-        """Connected load over the floor's area [W/m²]; None where a luminaire's watts are not stated."""
+        """Connected load per floor area [W/m²]; None where a luminaire's watts are not stated."""
         if not self.schedule or any(line.watts is None for line in self.schedule):
             return None
         return sum(line.number * line.watts for line in self.schedule) / self.floor_area
 
     @property
     def floor_area(self) -> float:
-        """Area of the room's floor [m²]: half of the shell's as seen from above and from below."""
+        """Area of the room's floor [m²]: half of the projected area of its shell."""
         shell = self.scene.room.shell
         (ax, ay), (bx, by) = ((shell[:, k] - shell[:, 0])[:, :2].T for k in (1, 2))
         return float(abs(ax * by - ay * bx).sum() / 4)
@@ -88,7 +86,7 @@ class ClientRoom:
 
 def client_report(scene: Scene, accuracy: float | None, seed: int | None, store: TransportStore, out: Path,
                   progress: Progress) -> tuple[ClientRoom, list[Path]]:
-    """Solve and read a room, and write <scene>_client.html and, where a browser is found, .pdf.
+    """Solve and read a room, and write <scene>_client.html and, where a browser is installed, .pdf.
 
     Raises InputError or SolveError.
     """
@@ -101,7 +99,7 @@ def client_report(scene: Scene, accuracy: float | None, seed: int | None, store:
 
 def client_room(scene: Scene, accuracy: float | None, seed: int | None, store: TransportStore, out: Path,
                 progress: Progress) -> ClientRoom:
-    """Solve a room in 31 bands and read all that its report shows."""
+    """Solve a room in 31 bands and read it for its report. Raises InputError or SolveError."""
     meters = [(p.position, p.normal, p.name) for p in scene.photometers]
     eyes = [(o.position, o.toward, o.name) for o in scene.observers]
 
@@ -129,7 +127,7 @@ def client_room(scene: Scene, accuracy: float | None, seed: int | None, store: T
 
 
 def _schedule(scene: Scene, table: SceneTable) -> list[Luminaires]:
-    """A line for each luminaire table, its array counted."""
+    """One line for each luminaire table, arrays counted."""
     lines, k = [], 0
     factor = scene.project.maintenance_factor
     for entry in table.luminaires:
@@ -164,14 +162,14 @@ def _finishes(scene: Scene) -> list[Finish]:
 
 
 def scene_light(bands):
-    """Daylight D65 in each band (n_bands,), of any size."""
+    """Flux (n_bands,) of 1 lm of D65 in each band."""
     from renderer.colour.lamps import band_flux, illuminant
 
     return band_flux(illuminant("D65", "report"), 1.0, bands, "report")
 
 
 def _picture(solution: Solution) -> str | None:
-    (view,), _ = looks([(solution.scene, solution.transport)], PICTURE_PIXELS)
+    (view,), _ = looks([(solution.scene, solution.transport)], 640 * 480)
     if view is None:
         return None
     xyz = solution.bands.xyz

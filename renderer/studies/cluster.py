@@ -1,4 +1,4 @@
-"""Other machines: the workers of a Dask cluster, and rows of a large operator cast on them."""
+"""Work on the workers of a Dask cluster, and rows of a large operator cast there."""
 
 import asyncio
 import logging
@@ -19,18 +19,18 @@ from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
 
-PATIENCE = 5
-"""Seconds that a scheduler has to answer, and to have a worker."""
+ANSWER_TIMEOUT_S = 5
+"""Time [s] for a scheduler to answer and to have a worker."""
 SECONDS_WITHOUT_WORKER = 20.0
-"""Seconds after which work is given up that no worker is left for."""
-POLL = 0.1
-"""Seconds between two looks at what is done."""
+"""Time [s] without any worker after which a run ends with an error."""
 
 
 @contextmanager
-def connected(scheduler: str) -> Iterator:
-    """A client of the Dask scheduler at that address, all of whose workers have this very program. Raises
-    InputError where there is none such."""
+def connected_client(scheduler: str) -> Iterator:
+    """A client of the Dask scheduler at an address, whose workers all have the same program as this process.
+
+    Raises InputError.
+    """
     try:
         from distributed import Client
     except ImportError:
@@ -38,17 +38,17 @@ def connected(scheduler: str) -> Iterator:
                          "pip install 'spectral-radiosity[cluster]', or leave --scheduler out.") from None
     refuse_silence(scheduler)
     try:
-        client = Client(scheduler, timeout=PATIENCE)
+        client = Client(scheduler, timeout=ANSWER_TIMEOUT_S)
     except (OSError, TimeoutError) as error:
         raise _no_answer(scheduler, error) from None
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # its tracebacks are sentences here
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # errors are reported here
     with client:
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=ANSWER_TIMEOUT_S)
         except TimeoutError:
             raise InputError(f"--scheduler is {scheduler!r}, which has no workers. Start some: "
                              f"dask worker {scheduler}") from None
-        # What a worker cannot do, this program for instance, it returns as an exception.
+        # A worker without this program returns an exception.
         for worker, told in client.run(program, on_error="return").items():
             if told != program():
                 raise InputError(f"--scheduler is {scheduler!r}, where worker {worker} has another "
@@ -57,13 +57,13 @@ def connected(scheduler: str) -> Iterator:
 
 
 def refuse_silence(scheduler: str) -> None:
-    """Raise InputError where nothing answers at an address, or what does is no Dask scheduler: a client would
-    wait for it far past its own timeout."""
+    """Raise InputError for an address without a Dask scheduler; a client would wait far beyond its own
+    timeout."""
     from distributed.comm import connect
     from distributed.security import Security
 
     async def identity() -> dict:
-        comm = await connect(scheduler, timeout=PATIENCE, **Security().get_connection_args("client"))
+        comm = await connect(scheduler, timeout=ANSWER_TIMEOUT_S, **Security().get_connection_args("client"))
         try:
             await comm.write({"op": "identity", "reply": True})
             return await comm.read()
@@ -71,11 +71,11 @@ def refuse_silence(scheduler: str) -> None:
             comm.abort()
 
     async def in_time() -> dict:
-        return await asyncio.wait_for(identity(), PATIENCE + 1)
+        return await asyncio.wait_for(identity(), ANSWER_TIMEOUT_S + 1)
 
     try:
         known = asyncio.run(in_time())
-    except Exception as error:  # noqa: BLE001  a foreign address may fail in any way in Dask's readers
+    except Exception as error:  # noqa: BLE001  Dask raises errors of any class for other servers
         raise _no_answer(scheduler, error) from None
     if not isinstance(known, dict) or known.get("type") != "Scheduler":
         raise _no_answer(scheduler, "what answers is no scheduler")
@@ -88,7 +88,7 @@ def _no_answer(scheduler: str, error: Exception | str) -> InputError:
 
 
 def _completed(tasks: list, client) -> Iterator:
-    """Tasks and results as they are done. Raises SolveError where no worker is left to do them."""
+    """Tasks and results in the order of completion. Raises SolveError where no worker is left."""
     from distributed import as_completed
 
     done, alone_since, looked = as_completed(tasks, with_results=True), None, 0.0
@@ -97,14 +97,14 @@ def _completed(tasks: list, client) -> Iterator:
             yield next(done)
             alone_since = None
             continue
-        time.sleep(POLL)
+        time.sleep(0.1)
         now = time.monotonic()
         if now - looked < 1.0:
             continue
         looked = now
         try:
             workers = client.nthreads()
-        except (OSError, RuntimeError):  # the scheduler is gone: its tasks are cancelled
+        except (OSError, RuntimeError):  # without the scheduler its tasks are cancelled
             workers = True
         alone_since = None if workers else alone_since or now
         if alone_since is not None and now - alone_since > SECONDS_WITHOUT_WORKER:
@@ -114,7 +114,7 @@ def _completed(tasks: list, client) -> Iterator:
 
 
 def as_done(tasks: list, client) -> Iterator:
-    """What tasks return, as they are done. Raises SolveError where workers or the scheduler die."""
+    """Results of tasks in the order of completion. Raises SolveError where workers or the scheduler die."""
     from distributed import KilledWorker
     try:
         for task, result in _completed(tasks, client):
@@ -128,28 +128,28 @@ def as_done(tasks: list, client) -> Iterator:
 
 
 class Casting:
-    """A mesh and its rays, as a worker holds them; what it casts through is built there, once."""
+    """A mesh and its rays on a worker, which builds the ray scene once."""
 
     def __init__(self, mesh: Mesh, nets: Nets):
         self.mesh, self.nets = mesh, nets
         self._visibility, self._building = None, Lock()
 
     def __reduce__(self):
-        return Casting, (replace(self.mesh), self.nets)  # without what follows from them
+        return Casting, (replace(self.mesh), self.nets)  # without cached properties
 
     def rows(self, start: int, stop: int) -> tuple[int, np.ndarray, int]:
-        """The first row, what `cast_rows` says, and the rays that took."""
+        """The first row, the result of `cast_rows`, and the number of rays."""
         with self._building:
             self._visibility = self._visibility or RayScene(self.mesh)
-        own = copy(self._visibility)  # counts the rays of these rows alone
+        own = copy(self._visibility)  # with a count of rays for these rows
         own.rays = 0
         return start, cast_rows(self.mesh, own, self.nets, start, stop), own.rays
 
 
 def rows_on(scheduler: str) -> RemoteCast:
-    """Casts rows on the workers of the Dask scheduler at that address. Raises InputError where there are
-    none, now or then."""
-    with connected(scheduler):
+    """A function that casts rows on the workers of a Dask scheduler. Raises InputError, also when it is
+    called."""
+    with connected_client(scheduler):
         pass
 
     def rows(mesh: Mesh, nets: Nets, step: int) -> Iterator[tuple[int, np.ndarray, int]]:
@@ -157,8 +157,8 @@ def rows_on(scheduler: str) -> RemoteCast:
 
         n = len(mesh.patches)
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"}), \
-                connected(scheduler) as client:
-            # A task and not data sent: should all who hold it die, the scheduler has it made again.
+                connected_client(scheduler) as client:
+            # A task instead of data: if all its holders die, the scheduler repeats it.
             held = client.submit(Casting, replace(mesh), nets, pure=False)
             yield from as_done([client.submit(Casting.rows, held, start, min(n, start + step), pure=False)
                                 for start in range(0, n, step)], client)

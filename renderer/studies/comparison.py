@@ -1,4 +1,4 @@
-"""The main job: rooms side by side, solved and read in RGB and in 31 bands."""
+"""The comparison: rooms side by side, solved and read in RGB and in 31 bands."""
 
 import json
 import time
@@ -18,15 +18,15 @@ from renderer.system.text import CsvWriter
 
 CSV_COLUMNS = ("room", "bands", "photometer", "direct_lx", "indirect_lx", "total_lx", "uncertainty_lx",
                "ratio_to_first_room", "rgb_error_percent")
-BESIDE = ("rgb", "31")
-"""The band sets of a comparison."""
 
 
 @dataclass(frozen=True)
-class Case:
+class ComparedRoom:
     """One room in one band set, solved and read.
 
-    ratios : of each reading to the first room's of that name; errors : against 31 bands [%]
+    stem : beginning of the names of its files
+    ratios : of each reading to the first room's reading of that name
+    errors : of each reading against 31 bands [%]
     """
 
     stem: str
@@ -38,21 +38,22 @@ class Case:
 
     @property
     def title(self) -> str:
-        """The scene's."""
+        """The scene's title."""
         return self.solution.scene.title
 
     @property
     def bands(self) -> str:
-        """The band set's name."""
+        """Name of the band set."""
         return self.solution.bands.name
 
 
 def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, store: TransportStore,
-              progress: Progress, prefiltered: bool = False) -> list[Case]:
-    """Solve every room in 31 bands as finely as asked, and on the same transport in RGB; rooms of one
-    geometry share its form factors.
+              progress: Progress, prefiltered: bool = False) -> list[ComparedRoom]:
+    """Solve each room in 31 bands to the accuracy, and in RGB on the same transport.
 
-    prefiltered : in RGB with reflectances filtered by the room's own light too
+    prefiltered : also in prefiltered RGB
+
+    Rooms of one geometry share their form factors. Raises InputError or SolveError.
     """
     cases, first = [], {}
     beside = ("rgb", "rgb-prefiltered") if prefiltered else ("rgb",)
@@ -75,19 +76,19 @@ def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, sto
             ratios = [r.total_lx / b if b else None for r, b in zip(read, base, strict=True)]
             errors = [rgb_error_percent(r.total_lx, s.total_lx)
                       for r, s in zip(read, readings, strict=True)]
-            cases.append(Case(stem, solution, read, ratios, errors, record))
+            cases.append(ComparedRoom(stem, solution, read, ratios, errors, record))
     return cases
 
 
-def findings(cases: list[Case]) -> list[Finding]:
-    """What RGB gets wrong in each room; over its surfaces where it has no photometers."""
+def findings(cases: list[ComparedRoom]) -> list[Finding]:
+    """RGB's error in each room, at its photometers or, without any, over its surfaces."""
     rgb = {case.stem: case.solution for case in cases if case.bands == "rgb"}
     return [solution_finding(rgb[case.stem], case.solution, case.readings)
             for case in cases if case.bands == "31"]
 
 
 def _stems(scenes: list[Scene]) -> list[str]:
-    """A name for each room's files; equal file names in different folders are numbered."""
+    """A stem for each room's files; equal file names in different folders get numbers."""
     stems: list[str] = []
     for scene in scenes:
         stem, k = scene.path.stem, 1
@@ -98,17 +99,17 @@ def _stems(scenes: list[Scene]) -> list[str]:
     return stems
 
 
-def table(cases: list[Case]) -> list[dict]:
-    """One row a room, band set and photometer, with the columns of comparison.csv."""
+def comparison_rows(cases: list[ComparedRoom]) -> list[dict]:
+    """One row for each room, band set and photometer, with the columns of comparison.csv."""
     return [dict(zip(CSV_COLUMNS, (case.title, case.bands, r.name, r.direct_lx, r.indirect_lx, r.total_lx,
                                    r.uncertainty, ratio, error), strict=True))
             for case in cases
             for r, ratio, error in zip(case.readings, case.ratios, case.errors, strict=True)]
 
 
-def save_table(cases: list[Case], out: Path) -> list[Path]:
+def save_table(cases: list[ComparedRoom], out: Path) -> list[Path]:
     """Write comparison.csv and comparison.json."""
-    rows = table(cases)
+    rows = comparison_rows(cases)
     with whole_file(out / "comparison.csv") as part, part.open("w", newline="", encoding="utf-8") as file:
         CsvWriter(file).write_records(rows)
     with whole_file(out / "comparison.json") as part:

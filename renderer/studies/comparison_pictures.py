@@ -1,4 +1,5 @@
-"""The pictures of a comparison: the sheet with the answer, the deck's sequence, and every single one."""
+"""The pictures of a comparison: the sheet with the answer, the sheet with two rooms in steps, and single
+pictures."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -7,28 +8,26 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.pictures.answer_sheet import Row, save_answer
+from renderer.pictures.answer_sheet import AnswerRow, save_answer
 from renderer.pictures.camera import View, look
 from renderer.pictures.deck_sheet import save_deck
 from renderer.pictures.exr import save_luminance, save_spectral
 from renderer.pictures.image import Exposure, edges, exposure, outlined, save_png, tone_map, white_balance
-from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW, legend, pseudocolour, scale_top
+from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW, legend, luminance_colours, scale_top
 from renderer.pictures.sheet import Column, save_sheet
 from renderer.pictures.three_d import patches, save_view, save_vtp
 from renderer.readings.finding import Finding
 from renderer.solving.transport_store import Progress
-from renderer.studies.comparison import Case, findings
+from renderer.studies.comparison import ComparedRoom, findings
 
-NAMES = ("a_reflectance", "b_direct", "c_direct_pseudocolour", "d_total", "e_total_pseudocolour")
-DARK = 1e-9
-"""Share of the brightest surface below which a pixel has no light to differ in."""
+PICTURE_NAMES = ("a_reflectance", "b_direct", "c_direct_pseudocolour", "d_total", "e_total_pseudocolour")
 
 
 @dataclass(frozen=True)
-class Shown:
-    """One case as its camera sees it: direct and total X, Y, Z (height, width, 3) [cd/m²]."""
+class SeenRoom:
+    """One room in one band set, seen by its camera: direct and total X, Y, Z (height, width, 3) [cd/m²]."""
 
-    case: Case
+    case: ComparedRoom
     view: View
     direct: np.ndarray
     total: np.ndarray
@@ -36,7 +35,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Look:
-    """What all pictures of a comparison share: white balance (3, 3), exposure, scale 0 … top [cd/m²]."""
+    """The common look of all pictures: white balance (3, 3), exposure, scale 0 … top [cd/m²], palette."""
 
     balance: np.ndarray
     exposed: Exposure
@@ -44,11 +43,12 @@ class Look:
     palette: str
 
 
-def save_pictures(cases: list[Case], out: Path, progress: Progress, full: bool = False,
+def save_pictures(cases: list[ComparedRoom], out: Path, progress: Progress, full: bool = False,
                   rainbow: bool = False) -> list[Path]:
-    """Draw every case on one exposure and one scale.
+    """Draw all rooms with one exposure and one scale.
 
-    full : also every picture of every case on one sheet; rainbow : luminance in the rainbow's colours
+    full : also all pictures on one sheet
+    rainbow : luminance in the colours of the rainbow
     """
     seen = _seen([case for case in cases if case.solution.scene.camera is not None], progress)
     if not seen:
@@ -71,7 +71,7 @@ def save_pictures(cases: list[Case], out: Path, progress: Progress, full: bool =
         return files + [file for saved in saving for file in saved.result()]
 
 
-def _seen(cases: list[Case], progress: Progress) -> list[Shown]:
+def _seen(cases: list[ComparedRoom], progress: Progress) -> list[SeenRoom]:
     views: dict = {}
     shown = []
     for case in cases:
@@ -82,11 +82,11 @@ def _seen(cases: list[Case], progress: Progress) -> list[Shown]:
             views[key] = look(solution.transport, scene.camera, str(scene.path))
         view = views[key]
         direct = view.direct(solution, solution.bands.xyz)
-        shown.append(Shown(case, view, direct, direct + view.indirect(solution, solution.bands.xyz)))
+        shown.append(SeenRoom(case, view, direct, direct + view.indirect(solution, solution.bands.xyz)))
     return shown
 
 
-def _shared(seen: list[Shown], palette: str) -> Look:
+def _shared(seen: list[SeenRoom], palette: str) -> Look:
     first = seen[0].case.solution
     balance = white_balance(first.flux.sum(axis=0) @ first.bands.xyz).T
     masks = [one.view.shows_surface for one in seen]
@@ -94,8 +94,8 @@ def _shared(seen: list[Shown], palette: str) -> Look:
                 scale_top([one.total[..., 1] for one in seen], masks), palette)
 
 
-def _rows(seen: list[Shown], found: list[Finding], shared: Look) -> list[Row]:
-    """One row a room: RGB, 31 bands, and the difference of their luminances."""
+def _rows(seen: list[SeenRoom], found: list[Finding], shared: Look) -> list[AnswerRow]:
+    """One row a room with RGB, 31 bands, and the difference of their luminances."""
     by_stem = {(one.case.stem, one.case.bands): one for one in seen}
     stems = list(dict.fromkeys(one.case.stem for one in seen))
     titles = {finding.title: finding for finding in found}
@@ -103,22 +103,24 @@ def _rows(seen: list[Shown], found: list[Finding], shared: Look) -> list[Row]:
     for stem in stems:
         rgb, spectral = by_stem[stem, "rgb"], by_stem[stem, "31"]
         pictures = [tone_map(one.total @ shared.balance, shared.exposed) for one in (rgb, spectral)]
-        rows.append(Row(*pictures, differences(rgb.total[..., 1], spectral.total[..., 1]),
-                        edges(spectral.view.surface), spectral.view.marks(spectral.case.solution.scene),
-                        titles[spectral.case.title]))
+        rows.append(AnswerRow(
+            *pictures, differences(rgb.total[..., 1], spectral.total[..., 1]), edges(spectral.view.surface),
+            spectral.view.marks(spectral.case.solution.scene), titles[spectral.case.title]))
     return rows
 
 
 def differences(rgb: np.ndarray, spectral: np.ndarray) -> np.ndarray:
     """100 (RGB ÷ 31 bands − 1) [%] of luminances (height, width); NaN where there is no light."""
-    lit = spectral > DARK * spectral.max(initial=0.0)
+    lit = spectral > 1e-9 * spectral.max(initial=0.0)
     return np.where(lit, 100 * (rgb / np.where(lit, spectral, 1.0) - 1), np.nan)
 
 
-def _column(one: Shown, shared: Look) -> Column:
-    """The five pictures of one case."""
+def _column(one: SeenRoom, shared: Look) -> Column:
+    """The five pictures of a room in one band set."""
     view, solution = one.view, one.case.solution
-    luminances = (pseudocolour(xyz[..., 1], shared.top, shared.palette) for xyz in (one.direct, one.total))
+    luminances = (
+        luminance_colours(xyz[..., 1], shared.top, shared.palette) for xyz in (one.direct, one.total)
+    )
     direct, total = (tone_map(xyz @ shared.balance, shared.exposed) for xyz in (one.direct, one.total))
     direct_map, total_map = luminances
     return Column(one.case.title, one.case.bands,
@@ -126,12 +128,12 @@ def _column(one: Shown, shared: Look) -> Column:
                   view.marks(solution.scene), one.case.readings, one.case.ratios)
 
 
-def _save_case(one: Shown, column: Column, shared: Look, folder: Path) -> list[Path]:
+def _save_case(one: SeenRoom, column: Column, shared: Look, folder: Path) -> list[Path]:
     solution, luminance = one.case.solution, one.total[..., 1]
     stem = folder / f"{one.case.stem}_{solution.bands.name}"
     scale = legend(luminance.shape[0], shared.top, palette=shared.palette)
     files = []
-    for name, pixels in zip(NAMES, column.pictures, strict=True):
+    for name, pixels in zip(PICTURE_NAMES, column.pictures, strict=True):
         wide = np.hstack([pixels, scale]) if name.endswith("pseudocolour") else pixels
         files.append(save_png(wide, Path(f"{stem}_{name}.png"), column.marks))
     files.append(save_luminance(luminance, Path(f"{stem}_luminance.exr")))

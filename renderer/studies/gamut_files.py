@@ -1,4 +1,4 @@
-"""What `renderer gamut` writes: CSV files and charts."""
+"""The files of `renderer gamut`: CSV and charts."""
 
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -17,7 +17,7 @@ from renderer.pictures.gamut_charts import (
 from renderer.pictures.gamut_summary import save_named, save_shares
 from renderer.solving.transport_store import Progress
 from renderer.studies.gamut import (
-    CEILING,
+    MAX_REFLECTANCE,
     MODELS,
     NAMED,
     TOLERANCES,
@@ -27,39 +27,47 @@ from renderer.studies.gamut import (
     ratio,
     rgb_errors,
 )
-from renderer.studies.gamut_tables import named_at, named_ratios, shares
+from renderer.studies.gamut_tables import named_at, named_ratios, share_table
 from renderer.system.files import whole_file
 from renderer.system.text import CsvWriter
 
-COLUMNS = ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio",
-           "rgb_error_percent")
+GAMUT_COLUMNS = ("r", "g", "b", "method", "reading", "luminance_rgb", "luminance_spectral", "ratio",
+                 "rgb_error_percent")
 
 
 def save_files(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out: Path,
                progress: Progress, scene: str = "") -> list[Path]:
     """Write the tables and the charts.
 
-    limits : smallest and largest ratios (2, n_readings, 1000); scene : what the files are named after, empty
-    for the infinite room
+    limits : smallest and largest ratios (2, n_readings, 1000)
+    scene : beginning of the files' names, "" for the infinite room
     """
     progress("tables")
     out = out / f"{scene}_gamut" if scene else out / "gamut"
-    files = [_csv(_named(out, ".csv"), COLUMNS, _rows(gamut, gamut.methods)),
-             _csv(_named(out, "_chips.csv"), ("chip", *COLUMNS[:3], *COLUMNS[4:]),
+    files = [_csv(_named(out, ".csv"), GAMUT_COLUMNS, _rows(gamut, gamut.methods)),
+             _csv(_named(out, "_chips.csv"), ("chip", *GAMUT_COLUMNS[:3], *GAMUT_COLUMNS[4:]),
                   ([gamut.chips.names[i % len(gamut.chips.names)], *row[:3], *row[4:]]
                    for i, row in enumerate(_rows(gamut, {"measured": gamut.chips})))),
              _csv(_named(out, "_shares.csv"), ("spectra", "reading", *(f"within_{t:g}" for t in TOLERANCES)),
                   _share_rows(gamut)),
-             _csv(_named(out, "_primaries.csv"), ("colour", *COLUMNS[:5], "ratio"), _named_rows(gamut))]
+             _csv(_named(out, "_primaries.csv"), ("colour", *GAMUT_COLUMNS[:5], "ratio"), _named_rows(gamut))]
     if limits is not None:
-        files.append(_csv(_named(out, "_bounds.csv"), (*COLUMNS[:3], "reading", "smallest", "largest"), (
-            [*_short(colour), reading, f"{limits[0][k, i]:.6g}", f"{limits[1][k, i]:.6g}"]
-            for k, reading in enumerate(gamut.place.readings) for i, colour in enumerate(cube()))))
+        files.append(
+            _csv(
+                _named(out, "_bounds.csv"),
+                (*GAMUT_COLUMNS[:3], "reading", "smallest", "largest"),
+                (
+                    [*_short(colour), reading, f"{limits[0][k, i]:.6g}", f"{limits[1][k, i]:.6g}"]
+                    for k, reading in enumerate(gamut.place.readings)
+                    for i, colour in enumerate(cube())
+                ),
+            )
+        )
     return files + save_charts(gamut, limits, out, progress)
 
 
 def _named(stem: Path, rest: str) -> Path:
-    """A file beside others of one stem."""
+    """A file with the stem and the rest as its name."""
     return stem.with_name(stem.name + rest)
 
 
@@ -76,7 +84,7 @@ def _rows(gamut: Gamut, every: dict[str, Spectra]) -> Iterable[list]:
 
 
 def _share_rows(gamut: Gamut) -> Iterable[list]:
-    names, table = shares(gamut)
+    names, table = share_table(gamut)
     for k, reading in enumerate(gamut.place.readings):
         for i, name in enumerate(names):
             for m, model in enumerate(MODELS):
@@ -111,7 +119,7 @@ def _csv(path: Path, columns: tuple, rows: Iterable) -> Path:
 
 def save_charts(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out: Path,
                 progress: Progress) -> list[Path]:
-    """The deck's ten charts, the same for every method, the bounds, and the chips."""
+    """Draw the ten slices of the thousand colours by each method, the bounds, and the chips."""
     place, chips = gamut.place, gamut.chips
     first, deck = place.readings[0], gamut.methods["munsell-eigen"]
     shown = [(k, place.readings[k]) for k in place.shown]
@@ -129,14 +137,14 @@ def save_charts(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out:
     if limits is not None:
         rows = [(reading, classify(limits[0][k], limits[1][k])) for k, reading in shown]
         drawing.append((save_slices, rows, AGAINST_BOUNDS,
-                        f"{place.title}: whatever the spectrum, up to a reflectance of {CEILING:g}",
+                        f"{place.title}: whatever the spectrum, up to a reflectance of {MAX_REFLECTANCE:g}",
                         _named(out, "_bounds.png")))
     drawing += [(save_chips, [(f"{reading}, RGB", gamut.ratios(chips, "rgb")[k]),
                               (f"{reading}, RGB prefiltered", gamut.ratios(chips, "prefiltered")[k])],
                  chips.rgb, chips.names, f"{place.title}: {len(chips.names)} measured paints",
                  _named(out, f"_chips{'_luminance' if k else ''}.png"))
                 for k, reading in shown]
-    names, table = shares(gamut)
+    names, table = share_table(gamut)
     drawing.append((save_shares, [(reading, table[k]) for k, reading in shown], names, MODELS,
                     f"{title}, colours that come out alike", _named(out, "_shares.png")))
     named, at = named_ratios(gamut, "rgb"), named_at()

@@ -1,4 +1,4 @@
-"""The numbers of `renderer gamut` as tables to show."""
+"""The tables of `renderer gamut`."""
 
 import numpy as np
 
@@ -8,34 +8,30 @@ from renderer.colour.tables import munsell_chips
 from renderer.colour.upsampling import UPSAMPLING, clipped_eigen, cube, munsell_eigen, plain_eigen
 from renderer.records.json_records import Table
 from renderer.studies.gamut import (
-    CEILING,
     CLASSES,
+    MAX_REFLECTANCE,
     METHODS,
     MODELS,
     NAMED,
     Gamut,
     classify,
     largest_ratios,
+    shares_of_right,
     spectra_in,
     sumpner,
-    within,
 )
-
-CEILINGS = (0.9, 0.95, 0.99)
-LAMPS = ("D65", "A", "FL2", "FL11", "LED-B3", "HP1")
-WORST = 10
 
 
 def every_table(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None) -> list[Table]:
-    """All that is shown of a place; with the limits of its ratios, what holds in the infinite room too."""
+    """All tables of a room; those with limits only for the infinite room."""
     tables = [upsampling_table(), *share_tables(gamut), *named_tables(gamut, limits)]
     if limits is not None:
-        tables += [bounds_table(gamut, limits[0]), *lamp_tables()]
+        tables += [bounds_table(gamut, limits[0]), *prefilter_tables()]
     return [*tables, chips_table(gamut)]
 
 
 def upsampling_table() -> Table:
-    """How well each way from RGB to a spectrum keeps the colour, how smooth it is, and its range."""
+    """Error of the colour, smoothness and range of the spectra of each upsampling method."""
     rgb = cube()
     rows = []
     for name, method in {"eigen, plain": plain_eigen, "eigen, clipped": clipped_eigen, **UPSAMPLING}.items():
@@ -54,17 +50,19 @@ def upsampling_table() -> Table:
                   "pass 0.99"], rows)
 
 
-def shares(gamut: Gamut) -> tuple[list[str], np.ndarray]:
-    """Names of the sets of spectra, the chips last, and what part of each is within ±5, 10, 20 %
-    (n_readings, n_sets, n_models, 3)."""
+def share_table(gamut: Gamut) -> tuple[list[str], np.ndarray]:
+    """Names of the sets of spectra, the chips last, and their shares (n_readings, n_sets, n_models, 3)
+    within ±5, 10 and 20 %."""
     every = {**gamut.methods, f"{len(gamut.chips.names):,} measured chips": gamut.chips}
-    table = [[within(gamut.ratios(spectra, model)) for model in MODELS] for spectra in every.values()]
+    table = [
+        [shares_of_right(gamut.ratios(spectra, model)) for model in MODELS] for spectra in every.values()
+    ]
     return list(every), np.moveaxis(np.array(table), 2, 0)
 
 
 def share_tables(gamut: Gamut) -> list[Table]:
-    """One table for each reading: what part of the colours and chips is within ±5, 10, 20 %."""
-    names, table = shares(gamut)
+    """One table a reading with the shares of the colours and chips within ±5, 10 and 20 %."""
+    names, table = share_table(gamut)
     return [Table(f"{gamut.place.title}, {reading}: per cent within ±5 / 10 / 20 %", ["spectra", *MODELS],
                   [[name, *map(_percent, row)] for name, row in zip(names, table[k], strict=True)])
             for k, reading in enumerate(gamut.place.readings)]
@@ -75,18 +73,18 @@ def _percent(parts: np.ndarray) -> str:
 
 
 def named_at() -> list[int]:
-    """Where the primaries and complements are in the cube."""
+    """Indices of the primaries and complements in the cube."""
     return [int(np.flatnonzero(np.isclose(cube(), colour).all(axis=1))[0]) for colour in NAMED.values()]
 
 
 def named_ratios(gamut: Gamut, model: str) -> dict[str, np.ndarray]:
-    """Ratios of the primaries and complements at 0.9 (n_readings, 6), by method."""
+    """Ratios (n_readings, 6) of the primaries and complements at 0.9, by method."""
     at = named_at()
     return {name: gamut.ratios(spectra, model)[:, at] for name, spectra in gamut.methods.items()}
 
 
 def named_tables(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None) -> list[Table]:
-    """The primaries and complements: spectral over RGB, and between which limits it must lie."""
+    """One table a reading with the ratios of the primaries and complements and their limits."""
     ratios = named_ratios(gamut, "rgb")
     filtered = named_ratios(gamut, "prefiltered")["munsell-eigen"]
     at, tables = named_at(), []
@@ -99,8 +97,13 @@ def named_tables(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None) -> 
                 row.append(f"{limits[0][k, at[i]]:.3f} … {limits[1][k, at[i]]:.3f}")
             rows.append(row)
         columns = ["colour", *METHODS, "munsell-eigen / prefiltered"]
-        tables.append(Table(f"{gamut.place.title}, {reading}: spectral / RGB",
-                            columns + ([] if limits is None else [f"any spectrum ≤ {CEILING:g}"]), rows))
+        tables.append(
+            Table(
+                f"{gamut.place.title}, {reading}: spectral / RGB",
+                columns + ([] if limits is None else [f"any spectrum ≤ {MAX_REFLECTANCE:g}"]),
+                rows,
+            )
+        )
     return tables
 
 
@@ -109,9 +112,9 @@ def _ratio(value: float) -> str:
 
 
 def bounds_table(gamut: Gamut, smallest: np.ndarray) -> Table:
-    """How many colours RGB is right for, or wrong for, whatever their spectrum."""
+    """Counts of colours that RGB gets right, or wrong, for every spectrum."""
     rows = []
-    for ceiling in CEILINGS:
+    for ceiling in (0.9, 0.95, 0.99):
         largest = largest_ratios(gamut.place, cube(), ceiling)
         for k, reading in enumerate(gamut.place.readings):
             counts = np.bincount(classify(smallest[k], largest[k]), minlength=len(CLASSES))
@@ -122,28 +125,30 @@ def bounds_table(gamut: Gamut, smallest: np.ndarray) -> Table:
 
 
 def chips_table(gamut: Gamut) -> Table:
-    """The measured paints that RGB gets most wrong, by the worse of the readings shown."""
+    """The ten measured paints with the largest errors of RGB, by the worse of two readings."""
+    count = 10
     ratios = {model: gamut.ratios(gamut.chips, model) for model in ("rgb", "prefiltered")}
     shown = list(gamut.place.shown)
     wrong = np.abs(np.log(np.maximum(ratios["rgb"][shown], 1e-9))).max(axis=0)
-    order = np.argsort(-wrong, kind="stable")[:WORST]
+    order = np.argsort(-wrong, kind="stable")[:count]
     columns = ["chip", "linear BT.709", *(f"{gamut.place.readings[k]}{said}" for said in ("", ", prefiltered")
                                           for k in shown)]
     rows = [[gamut.chips.names[i], " ".join(f"{x:.3f}" for x in gamut.chips.rgb[i]),
              *(_ratio(ratios[m][k, i]) for m in ("rgb", "prefiltered") for k in shown)] for i in order]
-    inside = np.rint(within(ratios["rgb"][shown])[:, 2] * len(gamut.chips.names)).astype(int)
+    inside = np.rint(shares_of_right(ratios["rgb"][shown])[:, 2] * len(gamut.chips.names)).astype(int)
     said = " / ".join(map(str, inside))
-    return Table(f"{gamut.place.title}: {said} of {len(gamut.chips.names)} chips are within ±20 % of their "
-                 f"RGB in the first and the last reading; the {WORST} worst, spectral / RGB", columns, rows)
+    return Table(f"{gamut.place.title}: {said} of {len(gamut.chips.names)} chips are within ±20 % "
+                 f"of their RGB in the first and the last reading; the {count} worst, spectral / "
+                 "RGB", columns, rows)
 
 
-def lamp_tables() -> list[Table]:
-    """What prefiltering removes under several lamps, by itself and with sharpened primaries."""
+def prefilter_tables() -> list[Table]:
+    """Errors of RGB under several lamps, plain, prefiltered, and prefiltered with sharpened primaries."""
     names, nm, reflectance = munsell_chips()
     rgb = cube()
     eigen = munsell_eigen(rgb)
     rows: tuple[list, list] = ([], [])
-    for lamp in LAMPS:
+    for lamp in ("D65", "A", "FL2", "FL11", "LED-B3", "HP1"):
         errors = {}
         for key, primaries in (("filtered", XYZ_TO_BT709), ("sharpened", XYZ_TO_SHARP)):
             place = sumpner(illuminant(lamp, "lamp"), primaries)

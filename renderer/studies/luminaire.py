@@ -1,4 +1,4 @@
-"""One photometric file: its flux, angles and spacing, its faults, and its polar diagram."""
+"""The properties of a photometric file: flux, angles, spacing, faults, and the polar diagram."""
 
 from pathlib import Path
 from textwrap import wrap
@@ -10,17 +10,15 @@ from renderer.pictures.polar import save_polar
 from renderer.scene.photometric.distribution import Distribution
 from renderer.scene.photometric.record import Photometry
 
-STEP = 0.1
-"""Of γ [°] where an angle is looked for; between steps it is interpolated."""
-BEAM, FIELD = 0.5, 0.1
-"""Share of a plane's largest intensity at the beam's and the field's edge."""
-TITLE_LETTERS, TITLE_LINES = 56, 4
-"""Of the diagram's title: letters in a line, and lines."""
+GAMMA_STEP_DEG = 0.1
+"""Step of γ [°] in the search for an angle, which is interpolated between steps."""
+TITLE_LETTERS = 56
+"""Letters in a line of the diagram's title."""
 PLANES = {"C0–C180": 0.0, "C90–C270": 90.0}
 
 
-def record_of(photometry: Photometry, path: Path) -> dict:
-    """Everything about a photometric file, for the table and for --json; null what it does not tell."""
+def photometry_record(photometry: Photometry, path: Path) -> dict:
+    """The properties of a photometric file, for the table and for --json; null for unknown ones."""
     table, shape = photometry.distribution, photometry.shape
     flux, lamps, watts = table.flux, photometry.lamp_lumens, photometry.watts
     down = 1 - table.beyond(np.array([0.0, 0.0, 1.0]))
@@ -50,20 +48,23 @@ def _plane(table: Distribution, c: float) -> dict:
     gamma, intensity = profile(table, c)
     at = np.abs(gamma)[intensity >= intensity.max()].min()
     return {"max_intensity_cd": float(intensity.max()), "at_deg": float(at),
-            "beam_angle_deg": opening_angle(gamma, intensity, BEAM),
-            "field_angle_deg": opening_angle(gamma, intensity, FIELD)}
+            "beam_angle_deg": opening_angle(gamma, intensity, 0.5),
+            "field_angle_deg": opening_angle(gamma, intensity, 0.1)}
 
 
 def profile(table: Distribution, c: float) -> tuple[np.ndarray, np.ndarray]:
-    """Angles from the nadir (k,) [°], from −180 on the side of C + 180 to 180, and the intensities (k,) [cd]
-    in the plane of C [°]."""
-    gamma = np.round(np.arange(-180, 180 + STEP / 2, STEP), 6)
+    """Angles from the nadir (k,) [°], negative on the side of C + 180, and intensities (k,) [cd] in the plane
+    of C [°]."""
+    gamma = np.round(np.arange(-180, 180 + GAMMA_STEP_DEG / 2, GAMMA_STEP_DEG), 6)
     return gamma, table.at(np.where(gamma < 0, c + 180, c), np.abs(gamma))
 
 
 def opening_angle(gamma: np.ndarray, intensity: np.ndarray, share: float) -> float | None:
-    """Angle [°] between the outermost directions of a plane that have a share of its largest intensity, in
-    the hemisphere, lower or upper, where this is; None where the plane is dark."""
+    """Angle [°] between the outermost directions with a share of a plane's largest intensity; None for a dark
+    plane.
+
+    Only the hemisphere, lower or upper, with the largest intensity counts.
+    """
     if not intensity.max() > 0:
         return None
     upward = abs(gamma[intensity.argmax()]) > 90
@@ -86,10 +87,15 @@ def opening_angle(gamma: np.ndarray, intensity: np.ndarray, share: float) -> flo
 
 
 def spacing(table: Distribution, c: float, of_four: bool = False) -> float | None:
-    """Largest spacing over mounting height at which the point midway between two luminaires gets from both
-    as much as the point under one gets from it (IES spacing criterion); `of_four` : midway between four of a
-    square, C along its diagonal. None where nothing goes straight down."""
-    gamma = np.arange(0, 89, STEP)
+    """Largest ratio of spacing to mounting height by the IES spacing criterion; None without intensity
+    straight down.
+
+    At that spacing the point midway between two luminaires receives from both as much as the point under one
+    receives from it.
+
+    of_four : midway between four luminaires in a square instead, C along its diagonal
+    """
+    gamma = np.arange(0, 89, GAMMA_STEP_DEG)
     turns = (0, 90, 180, 270) if of_four else (0, 180)
     light = sum(table.at(np.full(len(gamma), c + turn), gamma) for turn in turns)
     light = light * np.cos(np.radians(gamma)) ** 3 - table.at(np.array(0.0), np.array(0.0))
@@ -97,12 +103,12 @@ def spacing(table: Distribution, c: float, of_four: bool = False) -> float | Non
     if not light[0] > 0 or not len(under):
         return None
     k = under[0]
-    edge = gamma[k - 1] + STEP * light[k - 1] / (light[k - 1] - light[k])
+    edge = gamma[k - 1] + GAMMA_STEP_DEG * light[k - 1] / (light[k - 1] - light[k])
     return float(2 * np.tan(np.radians(edge)) / (np.sqrt(2) if of_four else 1.0))
 
 
-def rows_of(record: dict) -> list[list[str]]:
-    """The record as rows of a table: quantity, value."""
+def photometry_rows(record: dict) -> list[list[str]]:
+    """The record as rows (quantity, value) of a table."""
     flux, size, planes = record["flux_lm"], record["luminous_m"], record["planes"]
     lengths = [f"{1000 * size[k]:.4g}" for k in ("length", "width", "height")]
     names = wrap(record["name"], TITLE_LETTERS) or ["–"]
@@ -133,7 +139,7 @@ def rows_of(record: dict) -> list[list[str]]:
 
 
 def _direction(record: dict) -> str:
-    """Where the largest intensity is."""
+    """The direction of the largest intensity, as text."""
     at = record["max_intensity_at_deg"]
     return (f"C {at['C']:.4g}°, " if at["C"] is not None else "") + f"γ {at['gamma']:.4g}°"
 
@@ -143,12 +149,12 @@ def _said(value: float | None, form: str) -> str:
 
 
 def save_diagram(photometry: Photometry, record: dict, path: Path) -> Path:
-    """Draw the polar diagram: in cd per 1000 lm of the lamps, or in cd where their lumens are not known."""
+    """Draw the polar diagram, in cd per 1000 lm of the lamps, or in cd where their lumens are not known."""
     lamps = photometry.lamp_lumens
     scale, unit = (1000 / lamps, "cd/klm") if lamps else (1.0, "cd")
     curves = {name: profile(photometry.distribution, c) for name, c in PLANES.items()}
     curves = {name: (gamma, scale * value) for name, (gamma, value) in curves.items()}
     name = record["name"] if record["name"] and drawable(record["name"]) else Path(record["file"]).name
-    title = "\n".join(wrap(name, TITLE_LETTERS, max_lines=TITLE_LINES, placeholder=" …"))
+    title = "\n".join(wrap(name, TITLE_LETTERS, max_lines=4, placeholder=" …"))
     return save_polar(title,
                       f"{record['flux_lm']['integrated']:.0f} lm, {unit}", curves, unit, path)

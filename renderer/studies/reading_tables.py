@@ -1,23 +1,24 @@
-"""Records of readings as tables to show, and as rows of CSV."""
+"""Records of readings as tables and as rows of CSV."""
 
 from renderer.readings.finding import signed
 from renderer.records.json_records import Table
 
 
-def number(value: float | None, form: str) -> str:
-    """A number as a table shows it; a dash for one that is not known."""
+def number_or_dash(value: float | None, form: str) -> str:
+    """A number_or_dash as text for a table; a dash for None."""
     return "–" if value is None else format(value, form)
 
 
 def _title(record: dict) -> str:
-    """The run that a table is of, and whether its values are maintained."""
+    """Title of a run's tables: the scene, its bands and patches, and the maintenance factor of maintained
+    values."""
     said = "" if record["values"] == "initial" else \
         f", maintained values (maintenance factor {record['maintenance_factor']:g})"
     return f"{record['scene']}, {record['bands']} bands, {record['patches']} patches{said}"
 
 
 def photometer_tables(record: dict) -> list[Table]:
-    """Illuminance, colour and α-opic light of each photometer; the figures of each grid."""
+    """Tables of illuminance, colour and α-opic light at each photometer, and of the grids."""
     title = _title(record)
     tables = []
     if record["readings"]:
@@ -40,16 +41,24 @@ def _illuminance(title: str, record: dict) -> Table:
                                            "bands lx", "RGB is off by"], rows)
 
 
-COLOURS = (("CCT K", "cct_K", ".0f"), ("Duv", "duv", "+.4f"), ("Ra", "cri_ra", ".1f"),
+COLOUR_COLUMNS = (("CCT K", "cct_K", ".0f"), ("Duv", "duv", "+.4f"), ("Ra", "cri_ra", ".1f"),
            ("R9", "cri_r9", ".0f"), ("Rf", "tm30_rf", ".1f"), ("Rg", "tm30_rg", ".1f"), ("melanopic DER",
            "melanopic_der", ".3f"))
 
 
 def _colour(record: dict) -> Table:
     lamps = [] if record["lamps"] is None else [{"name": "(the lamps themselves)", **record["lamps"]}]
-    rows = [[r["name"], "–" if r["xy"] is None else "{:.4f}, {:.4f}".format(*r["xy"]),
-             *(number(r[key], form) for _, key, form in COLOURS)] for r in lamps + record["readings"]]
-    return Table("Colour of the light that arrives", ["photometer", "x, y", *(c[0] for c in COLOURS)], rows)
+    rows = [
+        [
+            r["name"],
+            "–" if r["xy"] is None else "{:.4f}, {:.4f}".format(*r["xy"]),
+            *(number_or_dash(r[key], form) for _, key, form in COLOUR_COLUMNS),
+        ]
+        for r in lamps + record["readings"]
+    ]
+    return Table(
+        "Colour of the light that arrives", ["photometer", "x, y", *(c[0] for c in COLOUR_COLUMNS)], rows
+    )
 
 
 def _alpha_opic(record: dict) -> Table:
@@ -81,7 +90,7 @@ def _with_bar(error: dict, key: str) -> str:
 
 
 def photometer_rows(record: dict) -> list[dict]:
-    """A row a photometer, then one for the mean, minimum and maximum of each grid."""
+    """One row a photometer, then one each for the mean, minimum and maximum of each grid."""
     rows = []
     for r in record["readings"]:
         x, y, z = r["position"]
@@ -91,7 +100,7 @@ def photometer_rows(record: dict) -> list[dict]:
                      **{f"{key}_lx": lux for key, lux in r["illuminance_lx"].items()},
                      "bands_lx": r["errors_lx"]["bands"], "rgb_error_percent": r["rgb_error_percent"],
                      **dict(zip(("cie_x", "cie_y"), r["xy"] or (None, None), strict=True)),
-                     **{key: r[key] for _, key, _ in COLOURS},
+                     **{key: r[key] for _, key, _ in COLOUR_COLUMNS},
                      **{f"{name}_edi_lx": opic[name]["edi_lx"] if opic else None for name in
                         ("s_cone", "m_cone", "l_cone", "rhodopic", "melanopic")},
                      "uniformity": None})
@@ -108,7 +117,7 @@ def photometer_rows(record: dict) -> list[dict]:
 
 
 def luminance_tables(record: dict) -> list[Table]:
-    """What spot meters read, and the mean of each surface."""
+    """Tables of the luminance at spot meters and of the mean luminance of surfaces."""
     title = _title(record)
     spots = [[s["name"], "pixel" if s["angle_deg"] is None else f"{s['angle_deg']:g}°",
               f"{s['luminance_cd_m2']:.2f}", f"± {s['uncertainty_cd_m2']:.2g}"] for s in record["spots"]]
@@ -121,15 +130,15 @@ def luminance_tables(record: dict) -> list[Table]:
 
 
 def luminance_rows(record: dict) -> list[dict]:
-    """A row a spot meter, then a row a surface."""
+    """One row a spot meter, then one row a surface."""
     return [{"kind": kind, **{key: s[key] for key in ("name", "luminance_cd_m2", "uncertainty_cd_m2")}}
             for kind, key in (("spot", "spots"), ("surface", "surfaces")) for s in record[key]]
 
 
 def glare_tables(record: dict) -> list[Table]:
-    """Each observer's rating, then what each is dazzled by, the worst first."""
+    """Tables of each observer's rating and of the luminaires in sight, the most glaring first."""
     title = _title(record)
-    ratings = [[g["name"], number(g["ugr"], ".2f"), f"± {number(g['uncertainty'], '.1g')}",
+    ratings = [[g["name"], number_or_dash(g["ugr"], ".2f"), f"± {number_or_dash(g['uncertainty'], '.1g')}",
                 f"{g['background_luminance_cd_m2']:.2f}", g["reason"] or "; ".join(g["notes"])]
                for g in record["observers"]]
     sources = [[g["name"], s["name"], f"{s['luminance_cd_m2']:.0f}", f"{s['solid_angle_sr']:.2g}",
@@ -143,6 +152,6 @@ def glare_tables(record: dict) -> list[Table]:
 
 
 def glare_rows(record: dict) -> list[dict]:
-    """A row an observer."""
+    """One row an observer."""
     keys = ("name", "ugr", "uncertainty", "background_luminance_cd_m2", "indirect_illuminance_lx", "reason")
     return [{key: g[key] for key in keys} for g in record["observers"]]

@@ -1,4 +1,4 @@
-"""One room: its pictures and files."""
+"""The pictures and files of one room."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 from renderer.pictures.camera import look
 from renderer.pictures.exr import save_luminance, save_spectral
 from renderer.pictures.image import exposure, save_png, tone_map, white_balance
-from renderer.pictures.pseudocolour import COLOUR_MAP, legend, pseudocolour, scale_top
+from renderer.pictures.pseudocolour import COLOUR_MAP, legend, luminance_colours, scale_top
 from renderer.pictures.three_d import patches, save_vtp
 from renderer.solving.solution import Solution
 from renderer.solving.transport_store import Progress
@@ -28,7 +28,7 @@ def _seen(solution: Solution, progress: Progress):
 def save_render(solution: Solution, out: Path, progress: Progress) -> list[Path]:
     """Write the picture, luminance and spectral EXR, and the patches."""
     stem = f"{solution.scene.path.stem}_{solution.bands.name}"
-    with ThreadPoolExecutor(1) as pool:  # VTK takes as long to import as a camera to look about
+    with ThreadPoolExecutor(1) as pool:  # the import of VTK takes as long as the view of the camera
         data = pool.submit(patches, solution)
         view, _, total = _seen(solution, progress)
         balanced = total @ white_balance(solution.flux.sum(axis=0) @ solution.bands.xyz).T
@@ -44,12 +44,12 @@ def save_render(solution: Solution, out: Path, progress: Progress) -> list[Path]
 
 def save_pseudocolour(solution: Solution, out: Path, progress: Progress,
                       palette: str = COLOUR_MAP) -> list[Path]:
-    """Write luminance maps, direct and total, on one scale, with its legend."""
+    """Write luminance maps of direct and of total light on one scale, with a legend."""
     view, direct, total = _seen(solution, progress)
     stem = f"{solution.scene.path.stem}_{solution.bands.name}"
     top = scale_top([total[..., 1]], [view.shows_surface])
     scale = legend(total.shape[0], top, palette=palette)
     marks = view.marks(solution.scene)
-    return [save_png(np.hstack([pseudocolour(xyz[..., 1], top, palette), scale]),
+    return [save_png(np.hstack([luminance_colours(xyz[..., 1], top, palette), scale]),
                      out / f"{stem}_{name}_pseudocolour.png", marks)
             for name, xyz in (("direct", direct), ("total", total))]

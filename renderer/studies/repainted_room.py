@@ -1,7 +1,7 @@
-"""What one paint does to the light in a room: solved for a few reflectances, known for all.
+"""The readings of a room for any paint on some of its surfaces.
 
-Each band of a room is on its own, so a reading in a band depends on the painted surfaces only by
-their reflectance in it. It is solved at some Chebyshev points and interpolated.
+Bands exchange no light, so a reading in a band depends on the paint only by its reflectance in that band. The
+room is solved at Chebyshev points of reflectance, and readings are interpolated.
 """
 
 import numpy as np
@@ -13,19 +13,16 @@ from renderer.scene.scene import Scene
 from renderer.solving.plan import make_plan
 from renderer.solving.radiosity_field import RadiosityField, common_direct_pattern, distinct_bands
 from renderer.solving.transport_store import Progress, TransportStore
-from renderer.studies.gamut import Place
+from renderer.studies.gamut import PaintableRoom
 from renderer.transport.radiosity.solve import radiosity
 
-POINTS = 24
-CHECKS = np.array([0.13, 0.37, 0.62, 0.83, 0.96])
-"""Reflectances that are solved beside, to see how well the rest is interpolated."""
-ROUNDING = 1e-9
-NUMBERS_AT_ONCE = 8_000_000
-"""Patches × bands of one solve: some 64 MB an array."""
+CHEBYSHEV_POINTS = 24
+CHECKED_REFLECTANCES = np.array([0.13, 0.37, 0.62, 0.83, 0.96])
+"""Reflectances that are also solved, to measure the error of interpolation."""
 
 
 def painted_material(scene: Scene, name: str | None) -> str:
-    """The material that takes the paint: the one named, else the one with the largest area.
+    """The material to repaint: the named one, or for None that with the largest area.
 
     Raises InputError for a name that no surface has.
     """
@@ -43,11 +40,11 @@ def painted_material(scene: Scene, name: str | None) -> str:
 
 
 def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int | None, store: TransportStore,
-                 progress: Progress) -> tuple[Place, float]:
-    """The place that a room is when one of its materials takes any colour; the rest stay.
+                 progress: Progress) -> tuple[PaintableRoom, float]:
+    """A room in which one material takes any colour, and the largest relative error of interpolation.
 
-    Its readings are the illuminance at each photometer and the mean luminance of the painted surfaces.
-    Returns also the largest relative error of interpolation at CHECKS. Raises InputError.
+    Its readings are the illuminance at each photometer and the mean luminance of the painted surfaces. Raises
+    InputError.
     """
     if not scene.photometers:
         raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table to read the "
@@ -61,8 +58,8 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     bands = {name: scene.band_set(name) for name in COMPARED_BAND_SETS}
     shares = {name: scene.flux(b).sum(axis=0) * b.luminous / sum(lumens) for name, b in bands.items()}
     progress(f"{scene.title}: every reflectance of {material!r}")
-    nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
-    tried = np.concatenate([nodes, CHECKS])
+    nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(CHEBYSHEV_POINTS) + 0.5) / CHEBYSHEV_POINTS)
+    tried = np.concatenate([nodes, CHECKED_REFLECTANCES])
     painted = np.array([s.material is not None and s.material.name == material for s in scene.surfaces])
     meters = [make_meter(transport, np.array(p.position), np.array(p.normal) / np.linalg.norm(p.normal),
                          f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
@@ -93,8 +90,8 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     blocks = {name: block.reshape(len(values), len(tried), -1).transpose(0, 2, 1)  # reading, band, tried
               for name, block in zip(bands, np.split(values, ends[:-1], axis=1), strict=True)}
     for block in blocks.values():
-        block[-1] /= tried  # a surface's luminance is in proportion to its reflectance: black has none
-    curves = {name: Interpolated(nodes, block[..., :POINTS]) for name, block in blocks.items()}
+        block[-1] /= tried  # a surface's luminance is in proportion to its reflectance
+    curves = {name: Interpolated(nodes, block[..., :CHEBYSHEV_POINTS]) for name, block in blocks.items()}
     names = (*(f"illuminance, {p.name}" for p in scene.photometers), f"luminance, {material}")
 
     def gains(name: str, rho: np.ndarray) -> np.ndarray:
@@ -102,16 +99,15 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
         read[-1] *= rho
         return read
 
-    room = Place(scene.title, bands, shares, names, gains)
-    return room, max(_error(curves[name], block[..., POINTS:]) for name, block in blocks.items())
+    room = PaintableRoom(scene.title, bands, shares, names, gains)
+    return room, max(_error(curves[name], block[..., CHEBYSHEV_POINTS:]) for name, block in blocks.items())
 
 
 class Interpolated:
-    """Readings over a paint's reflectance, by reading and band.
+    """Readings as functions of a paint's reflectance, by reading and band.
 
-    Light that bounces n times falls as (λρ)ⁿ, λ just below 1, so a reading has a pole at ρ = 1/λ and
-    little else: times 1 − λρ it is nearly a polynomial. λ is what makes its highest Chebyshev
-    coefficients least.
+    Light after n bounces falls as (λρ)ⁿ with λ just below 1, so a reading has a pole at ρ = 1/λ. Times 1 − λρ
+    it is nearly a polynomial. λ minimises its highest Chebyshev coefficients.
     """
 
     def __init__(self, nodes: np.ndarray, values: np.ndarray):
@@ -124,8 +120,8 @@ class Interpolated:
         high = slice(n // 2, None)
         power = (times[..., high] ** 2).sum(axis=-1)
         pole = (plain[..., high] * times[..., high]).sum(axis=-1) / np.where(power > 0, power, 1.0)
-        # Coefficients of rounding size tell no pole, and need none.
-        told = power > (ROUNDING * np.abs(times).max(axis=-1)) ** 2
+        # Coefficients of the size of rounding errors determine no pole, and need none.
+        told = power > (1e-9 * np.abs(times).max(axis=-1)) ** 2
         self.pole = np.where(told, np.clip(pole, 0.0, 1.0), 0.0)[..., None]
         self.coefficients = plain - self.pole * times
 
@@ -134,25 +130,28 @@ class Interpolated:
         terms = np.polynomial.chebyshev.chebvander(2 * rho - 1, self.coefficients.shape[-1] - 1)
         smooth = np.einsum("rbk,nbk->rnb", self.coefficients, terms)
         lost = 1 - self.pole.transpose(0, 2, 1) * rho
-        # Where nothing is lost at a bounce, light has no limit.
+        # Without loss at a bounce, the reading has no limit.
         return np.where(lost > 1e-9, smooth / np.where(lost > 1e-9, lost, 1.0), np.inf)
 
 
 def _mean_over(transport, painted: np.ndarray) -> np.ndarray:
-    """Weights of the patches (n_patches,) that take radiosity to the painted surfaces' luminance."""
+    """Weights (n_patches,) from radiosity to the mean luminance of the painted surfaces."""
     weight = np.where(painted[transport.mesh.surface], transport.exchange.areas, 0.0)
     return weight / (np.pi * (weight.sum() or 1.0))
 
 
 def _read(solved, meters: list, luminance: np.ndarray, reflectance: np.ndarray,
           flux: np.ndarray) -> np.ndarray:
-    """Illuminance at each meter, then the painted surfaces' luminance, for columns of reflectance
-    (n_surfaces, k) and flux (n_luminaires, k): (n_readings, k), per unit of total flux.
+    """Readings (n_readings, k) per unit of total flux: illuminance at each meter, then the painted surfaces'
+    luminance.
 
-    solved : from such columns to their Light; luminance : from `_mean_over`.
+    solved : function from columns of reflectance and flux to a RadiosityField
+    luminance : weights of `_mean_over`
+    reflectance : (n_surfaces, k)
+    flux : (n_luminaires, k)
     """
     first, index, scale = distinct_bands(reflectance, flux)
-    chunk = max(1, NUMBERS_AT_ONCE // len(luminance))
+    chunk = max(1, 8_000_000 // len(luminance))  # arrays of at most some 64 MB
     read = []
     for start in range(0, len(first), chunk):
         here = first[start : start + chunk]
@@ -163,6 +162,6 @@ def _read(solved, meters: list, luminance: np.ndarray, reflectance: np.ndarray,
 
 
 def _error(curve: Interpolated, solved: np.ndarray) -> float:
-    """Largest relative difference from what was solved at CHECKS (n_readings, n_bands, n)."""
-    got = curve(np.repeat(CHECKS[:, None], solved.shape[1], axis=1)).transpose(0, 2, 1)
+    """Largest relative difference from readings (n_readings, n_bands, n) solved at CHECKED_REFLECTANCES."""
+    got = curve(np.repeat(CHECKED_REFLECTANCES[:, None], solved.shape[1], axis=1)).transpose(0, 2, 1)
     return float((np.abs(got - solved) / np.where(solved > 0, solved, 1.0)).max())

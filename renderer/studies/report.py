@@ -1,10 +1,10 @@
-"""Rooms solved for a report: in RGB and in 31 bands, on one mesh each, read, and looked at."""
+"""The report on rooms: solved and read in RGB and in 31 bands, and written as a page."""
 
 import time
 from dataclasses import replace
 from pathlib import Path
 
-from renderer.pictures.report.page import Room, save_report
+from renderer.pictures.report.page import ReportRoom, save_report
 from renderer.pictures.report.viewpoint import looks
 from renderer.records.json_records import solution_record
 from renderer.scene.scene import Scene
@@ -13,14 +13,12 @@ from renderer.solving.solution import solve_on
 from renderer.solving.transport_store import Progress, TransportStore
 
 MAX_PAGE_BYTES = 10_000_000
-"""Bytes of a report: what a mail can carry."""
-MAX_PAGE_PIXELS = 4 * 640 * 480
-"""Of all different views together, to begin with."""
+"""Largest size of a report [bytes], for mail."""
 
 
 def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, shared: TransportStore,
-                progress: Progress) -> list[Room]:
-    """Solve each room in 31 bands as finely as asked, and on the same transport in RGB."""
+                progress: Progress) -> list[ReportRoom]:
+    """Solve each room in 31 bands to the accuracy, and in RGB on the same transport."""
     rooms = []
     for scene in scenes:
         asked = accuracy or scene.solver.accuracy
@@ -31,18 +29,22 @@ def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, s
         rgb = solve_on(scene, scene.band_set("rgb"), spectral.plan, shared, spectral.transport)
         rgb_readings = rgb.photometers()
         rgb_record = solution_record(rgb, rgb_readings, asked, time.perf_counter() - started)
-        rooms.append(Room({"rgb": rgb, "31": spectral}, {"rgb": rgb_readings, "31": readings},
+        rooms.append(ReportRoom({"rgb": rgb, "31": spectral}, {"rgb": rgb_readings, "31": readings},
                           {"rgb": rgb_record, "31": record}, None))
     return rooms
 
 
-def save(rooms: list[Room], command: str, out: Path, progress: Progress,
+def save_page(rooms: list[ReportRoom], command: str, out: Path, progress: Progress,
          outside: bool = False) -> tuple[Path, list[str]]:
-    """Write report.html; returns it and what was done otherwise than asked, in sentences.
+    """Write report.html; returns its path, and sentences about changes of what was asked.
 
-    outside : carry files that lie outside a scene's folder, too
+    command : the command line, for the page
+    outside : include files outside a scene's folder
+
+    The views have fewer pixels where the page would be larger than MAX_PAGE_BYTES.
     """
-    path, pixels = out / "report.html", MAX_PAGE_PIXELS
+    most = 4 * 640 * 480  # pixels of all different views together
+    path, pixels = out / "report.html", most
     while True:
         progress("what the cameras see")
         views, notes = looks([(room.scene, room.solutions["31"].transport) for room in rooms], pixels)
@@ -50,7 +52,7 @@ def save(rooms: list[Room], command: str, out: Path, progress: Progress,
         seen = [replace(room, view=view) for room, view in zip(rooms, views, strict=True)]
         save_report(seen, command, notes, path, outside)
         size = path.stat().st_size
-        if size <= MAX_PAGE_BYTES or pixels < MAX_PAGE_PIXELS / 16:
+        if size <= MAX_PAGE_BYTES or pixels < most / 16:
             break
         pixels /= 4
     if size > MAX_PAGE_BYTES:

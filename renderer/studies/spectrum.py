@@ -1,4 +1,4 @@
-"""One spectrum shown: what a paint or a lamp is, in the numbers people know it by."""
+"""The properties of one paint or lamp: its spectrum, bands, colour and chart."""
 
 import re
 from dataclasses import dataclass
@@ -35,22 +35,20 @@ from renderer.records.json_records import Table
 from renderer.system.files import whole_file
 from renderer.system.text import CsvWriter
 
-CHIPS = 5
-
 
 @dataclass(frozen=True)
-class Shown:
-    """A reflectance or a lamp, by name of its curve: one measured, or one for each upsampling."""
+class NamedSpectrum:
+    """A paint or a lamp with its curves by name: the measured one, or one for each upsampling method."""
 
     title: str
     lamp: bool
     curves: dict[str, Spectrum]
 
 
-def resolve(text: str, lamp: bool) -> Shown:
-    """What a name, a file or a colour on the command line means. Raises InputError.
+def resolve(text: str, lamp: bool) -> NamedSpectrum:
+    """The spectrum of a name, a file or a colour on the command line. Raises InputError.
 
-    lamp : a file is a lamp's spectral power; else a reflectance.
+    lamp : whether a file is a lamp's spectral power; else it is a reflectance
     """
     text = text.strip()
     if spectral_file(text) or isfile(text):
@@ -58,7 +56,7 @@ def resolve(text: str, lamp: bool) -> Shown:
             raise InputError(f"SPECTRUM is {text!r}, which is not a file. Correct the path.")
         read = read_lamp if lamp else read_reflectance
         try:
-            return Shown(_title(text), lamp, {"measured": read(Path(text), "SPECTRUM")})
+            return NamedSpectrum(_title(text), lamp, {"measured": read(Path(text), "SPECTRUM")})
         except InputError as error:
             hint = "" if lamp or "holds the" not in str(error) else " If it is a lamp, add --lamp."
             raise InputError(f"{error}{hint}") from None
@@ -68,23 +66,27 @@ def resolve(text: str, lamp: bool) -> Shown:
                          "or .spdx file.")
     if rgb is not None:
         if len(set(rgb)) == 1 and "," not in text and not text.startswith("#"):
-            return Shown(f"flat {text}", False, {"flat": Spectrum(np.array([380, 780.0]), np.array(rgb[:2]))})
+            return NamedSpectrum(
+                f"flat {text}", False, {"flat": Spectrum(np.array([380, 780.0]), np.array(rgb[:2]))}
+            )
         found = {name: method(np.array([rgb])) for name, method in UPSAMPLING.items()}
-        return Shown(text, False, {name: Spectrum(nm, curve[0]) for name, (nm, curve) in found.items()})
+        return NamedSpectrum(
+            text, False, {name: Spectrum(nm, curve[0]) for name, (nm, curve) in found.items()}
+        )
     if parsed(text) is not None:
-        return Shown(text, False, {"measured": munsell_chip(text, "SPECTRUM")})
+        return NamedSpectrum(text, False, {"measured": munsell_chip(text, "SPECTRUM")})
     if re.fullmatch(r"\d+(\.\d+)? ?K", text):
         cct = float(text.removesuffix("K"))
         if not 1000 <= cct <= 25000:
             raise InputError(f"SPECTRUM is {text!r}; a colour temperature must be from 1000 to 25000 K.")
         kind = "black body" if cct < 4000 else "daylight"
-        return Shown(f"{kind}, {cct:g} K", True, {"computed": correlated(cct)})
+        return NamedSpectrum(f"{kind}, {cct:g} K", True, {"computed": correlated(cct)})
     if text not in illuminants():
         near = ", ".join(illuminants(near=text))
         raise InputError(f"SPECTRUM is {text!r}; must be a Munsell chip (5R 4/14), a .csv or .spdx file, "
                          "#rrggbb, r,g,b or one number from 0 to 1, 3000K, or a CIE illuminant. Nearest of "
                          f"those: {near}.")
-    return Shown(f"CIE illuminant {text}", True, {"tabulated": illuminant(text, "SPECTRUM")})
+    return NamedSpectrum(f"CIE illuminant {text}", True, {"tabulated": illuminant(text, "SPECTRUM")})
 
 
 def _title(text: str) -> str:
@@ -109,7 +111,7 @@ def _colour(text: str) -> tuple[float, float, float] | None:
     return numbers if len(numbers) == 3 else numbers * 3
 
 
-def reflectance_record(shown: Shown) -> dict:
+def reflectance_record(shown: NamedSpectrum) -> dict:
     """A paint: how bright under D65 and A, its RGB, the measured chips nearest to it, its bands."""
     first = next(iter(shown.curves.values()))
     bands, rgb_bands = band_set("31"), band_set("rgb")
@@ -143,10 +145,10 @@ def _nearest(rgb: np.ndarray, value: np.ndarray) -> list[dict]:
     bands = band_average(nm, reflectance.T, band_set("31").edges).T
     rms = np.sqrt(np.mean((bands - value) ** 2, axis=1))
     return [{"chip": names[k], "delta_e_2000": float(far[k]), "rms": float(rms[k])}
-            for k in np.argsort(far, kind="stable")[:CHIPS]]
+            for k in np.argsort(far, kind="stable")[:5]]
 
 
-def lamp_record(shown: Shown) -> dict:
+def lamp_record(shown: NamedSpectrum) -> dict:
     """A lamp: chromaticity, temperature, how well it renders colours, and its bands per 1,000 lm."""
     spectrum = next(iter(shown.curves.values()))
     bands = band_set("31")
@@ -158,8 +160,8 @@ def lamp_record(shown: Shown) -> dict:
             "wavelength_nm": bands.centres.tolist(), "power_W_per_1000_lm": flux.tolist()}
 
 
-def table(record: dict) -> Table:
-    """The numbers of a record, one a row; then its bands."""
+def spectrum_table(record: dict) -> Table:
+    """The quantities of a record, one a row, then its bands."""
     if record["kind"] == "lamp":
         rows = [["x, y", "{:.4f}, {:.4f}".format(*record["xy"])]]
         rows += [[name, "–" if record[key] is None else form.format(record[key])] for name, key, form in (
@@ -185,13 +187,13 @@ def table(record: dict) -> Table:
     return Table(record["spectrum"], ["reflectance", *record["reflectance"]], rows)
 
 
-def record_of(shown: Shown) -> dict:
-    """The numbers of a paint or a lamp."""
+def spectrum_record(shown: NamedSpectrum) -> dict:
+    """The quantities of a paint or a lamp."""
     return lamp_record(shown) if shown.lamp else reflectance_record(shown)
 
 
-def save(shown: Shown, record: dict, out: Path) -> list[Path]:
-    """Write the chart and the bands."""
+def save_spectrum(shown: NamedSpectrum, record: dict, out: Path) -> list[Path]:
+    """Write the chart and the values of the bands."""
     stem = "spectrum_" + (re.sub(r"[^0-9A-Za-z.]+", "-", shown.title).strip("-.") or "colour")
     values = {"power_W_per_1000_lm": record["power_W_per_1000_lm"]} if shown.lamp else record["reflectance"]
     with whole_file(out / f"{stem}.csv") as part, part.open("w", newline="", encoding="utf-8") as file:

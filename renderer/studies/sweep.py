@@ -1,4 +1,4 @@
-"""Studies of many rooms: any keys of scene files, any values, every combination."""
+"""Studies of many rooms: all combinations of values of keys of scene files."""
 
 import hashlib
 import itertools
@@ -18,19 +18,13 @@ from renderer.system.cache import program
 from renderer.system.input_files import is_regular_file, parse_toml, read_input
 from renderer.system.text import quoted
 
-KEYS = ("scenes", "title", "vary")
-MAX_CASES = 1_000_000
-"""Rooms of one study."""
-EVERY_CHIP = "*"
-CASES_TRIED = 1000
-"""Rooms at most in which a value is tried before it is refused, or left to a row that says why."""
-
 
 @dataclass(frozen=True)
 class Base:
-    """A room as its file has it.
+    """A room of a study before its values are varied.
 
-    name : what the study's rows call it; files : digests of the files that its table or a value names
+    name : of the room in the study's rows
+    files : digests of the files that its table or a value names
     """
 
     name: str
@@ -41,7 +35,7 @@ class Base:
 
 @dataclass(frozen=True)
 class Study:
-    """What to vary in which rooms. vary : the values of each key, as "materials.paint.munsell"."""
+    """The rooms of a study, and the values of each key to vary, as "materials.paint.munsell"."""
 
     path: Path
     bases: list[Base]
@@ -53,33 +47,34 @@ class Study:
             count *= len(values)
         return count
 
-    def cases(self) -> Iterator["Case"]:
-        """Every combination, the room first, the last key fastest."""
+    def cases(self) -> Iterator["StudyCase"]:
+        """All combinations, the room varying slowest and the last key fastest."""
         for number in range(len(self.bases)):
             for values in itertools.product(*self.vary.values()):
-                yield Case(number, dict(zip(self.vary, values, strict=True)))
+                yield StudyCase(number, dict(zip(self.vary, values, strict=True)))
 
 
 @dataclass(frozen=True)
-class Case:
-    """One room of a study: which base, and the value of each key."""
+class StudyCase:
+    """One room of a study: the index of its base, and the value of each key."""
 
     base: int
     values: dict[str, object]
 
 
 def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int | None) -> Study:
-    """Read and check a whole study file: every key, every value, every room. Raises InputError.
+    """Read a study file and check all keys, values and rooms. Raises InputError.
 
-    accuracy, bands, seed : replace what the scene files say.
+    accuracy, bands, seed : in place of the scene files' own; None for these
     """
+    keys = ("scenes", "title", "vary")
     table = parse_toml(read_input(path, "study", str(path), "Give a .toml study file."), str(path))
     if "room" in table and "vary" not in table:
         raise InputError(f'{path}: is a scene, not a study of scenes; a study names it, as scenes = '
                          f'["{path.name}"], and has a [vary] table. See docs/tutorial.md.')
-    for key in table.keys() - set(KEYS):
-        raise InputError(f"{path}: {key[:80]} is not a known key; {close_to(key, KEYS)}"
-                         f"Known: {', '.join(KEYS)}.")
+    for key in table.keys() - set(keys):
+        raise InputError(f"{path}: {key[:80]} is not a known key; {close_to(key, keys)}"
+                         f"Known: {', '.join(keys)}.")
     scenes, vary = table.get("scenes"), table.get("vary")
     if not isinstance(scenes, list) or not scenes or not all(isinstance(s, str) for s in scenes):
         raise InputError(f'{path}: scenes is {quoted(scenes)}; must be a list of scene files or packaged '
@@ -98,15 +93,15 @@ def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int 
                              "of the other. Remove one.")
     vary = {key: _values(path, key, values) for key, values in vary.items()}
     study = Study(path, _bases(path, scenes, solver, vary), vary)
-    if len(study) > MAX_CASES:
-        raise InputError(f"{path}: vary makes {len(study)} rooms; at most {MAX_CASES} are allowed. "
+    if len(study) > 1_000_000:
+        raise InputError(f"{path}: vary makes {len(study)} rooms; at most 1000000 are allowed. "
                          "Divide the study.")
     _try_every_value(study)
     return study
 
 
 def _bases(path: Path, names: list[str], solver: dict, vary: dict[str, list]) -> list[Base]:
-    """The rooms of a study; those whose files are called alike are named as the study names them."""
+    """The rooms of a study, named after their files, or as in the study where two files have one name."""
     bases, known = [], set()
     for name in names:
         beside = path.parent / name
@@ -123,7 +118,7 @@ def _bases(path: Path, names: list[str], solver: dict, vary: dict[str, list]) ->
 
 
 def _read(scene: Scene) -> Scene:
-    """A scene with something to read. Raises InputError."""
+    """The scene. Raises InputError for one without photometers."""
     if not scene.photometers:
         raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table, for a study's "
                          "rows are readings.")
@@ -131,7 +126,7 @@ def _read(scene: Scene) -> Scene:
 
 
 def _values(path: Path, key: str, values) -> list:
-    if values == EVERY_CHIP and key.startswith("materials.") and key.endswith(".munsell"):
+    if values == "*" and key.startswith("materials.") and key.endswith(".munsell"):
         return list(munsell_chips()[0])
     if not isinstance(values, list) or not values:
         raise InputError(f'{path}: vary.{key!r} is {quoted(values)}; must be a list of values, or "*" for '
@@ -144,7 +139,7 @@ def _values(path: Path, key: str, values) -> list:
 
 
 def _try_every_value(study: Study) -> None:
-    """Refuse a value that is at fault whatever the other keys' values are. Raises InputError."""
+    """Raise InputError for a value that is at fault with all values of the other keys."""
     first = {key: values[0] for key, values in study.vary.items()}
     for base in study.bases:
         tried = base
@@ -160,7 +155,7 @@ def _try_every_value(study: Study) -> None:
 
 
 def _fault(base: Base, values: dict[str, object]) -> str | None:
-    """Why a base cannot have those values; None where it can."""
+    """The error of a base with given values; None for none."""
     try:
         scene_of(base, values)
     except InputError as error:
@@ -169,7 +164,8 @@ def _fault(base: Base, values: dict[str, object]) -> str | None:
 
 
 def _stays(base: Base, case: dict[str, object], others: dict[str, list], fault: str) -> bool:
-    """Whether a case is at fault whatever the other keys' values are, as far as TRIED rooms can tell."""
+    """Whether a case is at fault with all values of the other keys, of which at most 1,000 combinations are
+    tried."""
     said = {fault}
     for key, values in others.items():
         for value in values[1:]:
@@ -177,8 +173,8 @@ def _stays(base: Base, case: dict[str, object], others: dict[str, list], fault: 
             if None in said:
                 return False
     if said == {fault}:
-        return True  # the others have no part in it
-    if math.prod(map(len, others.values())) > CASES_TRIED:
+        return True  # the other keys have no influence
+    if math.prod(map(len, others.values())) > 1000:
         return False
     return all(_fault(base, {**case, **dict(zip(others, values, strict=True))})
                for values in itertools.product(*others.values()))
@@ -194,16 +190,16 @@ def table_of(base: Base, values: dict[str, object]) -> dict:
     return table_with(base.table, values, base.scene.path)
 
 
-def identity(base: Base, case: Case) -> str:
-    """What a case's readings follow from, as a digest: the program, the table with its values, and what is in
-    the files that these name; wherever they lie."""
+def identity(base: Base, case: StudyCase) -> str:
+    """Digest of all that a case's readings depend on: the program, the table with its values, and the
+    contents of the files that these name."""
     files = {name: base.files[name] for name in files_named([base.table, case.values]) if name in base.files}
     said = json.dumps([program(), base.table, case.values, files], default=str)
     return _digest(said.encode())
 
 
 def contents(folder: Path, names: Iterable[str]) -> dict[str, str]:
-    """Digests of those of the names that are files in a folder."""
+    """Digests of the files in a folder with some of the names."""
     return {name: _digest(path.read_bytes()) for name in names if is_regular_file(path := folder / name)}
 
 

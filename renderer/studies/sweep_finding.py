@@ -1,30 +1,29 @@
-"""What a sweep's table says of RGB: where it is farthest off, and how often it is right."""
+"""The finding of a sweep: how often RGB is right, and where its error is largest."""
 
 import csv
 from pathlib import Path
 
 from renderer.readings.finding import in_words, is_claimed
 
-OFF = "rgb_error_percent"
-
 
 def sweep_finding(table: Path) -> list[str]:
-    """One sentence on the readings in a sweep's table; [] where none knows RGB beside 31 bands."""
+    """One sentence on the readings in a sweep's table; [] where none has RGB's error."""
+    error = "rgb_error_percent"
     with table.open(newline="", encoding="utf-8") as file:
         reader = csv.DictReader(file)
         varied = reader.fieldnames[:reader.fieldnames.index("photometer")]
-        rows = [row for row in reader if row[OFF]]
-    off = [row for row in rows if is_claimed(float(row[OFF]), _bar(row))]
+        rows = [row for row in reader if row[error]]
+    off = [row for row in rows if is_claimed(float(row[error]), _bar(row))]
     if not rows:
         return []
     if not off:
         return [f"RGB is right, to within the error bars, in each of {len(rows)} readings."]
-    worst = max(off, key=lambda row: abs(float(row[OFF])))
+    worst = max(off, key=lambda row: abs(float(row[error])))
     where = ", ".join(f"{key} {worst[key]}" for key in (*varied, "photometer"))
-    sizes = sorted(abs(float(row[OFF])) for row in rows)
+    sizes = sorted(abs(float(row[error])) for row in rows)
     return [f"RGB is off by more than the error bar in {len(off)} of {len(rows)} readings, by "
             f"{sizes[len(sizes) // 2]:.2g} % in the median; it is worst with {where}: "
-            f"{in_words(float(worst[OFF]))}."]
+            f"{in_words(float(worst[error]))}."]
 
 
 def _bar(row: dict) -> float:

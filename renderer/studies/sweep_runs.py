@@ -1,4 +1,5 @@
-"""The work of a sweep: batches of rooms on the cores here or on Dask, and a journal of what is done."""
+"""The runs of a sweep: batches of rooms on this machine's cores or on Dask, and a journal of finished
+rooms."""
 
 import json
 import os
@@ -17,33 +18,43 @@ from renderer.errors import InputError, SolveError
 from renderer.readings.alpha_opic import equivalent_daylight
 from renderer.solving.refine import solve_and_read
 from renderer.solving.transport_store import Progress, TransportStore
-from renderer.studies.cluster import as_done, connected
-from renderer.studies.sweep import Base, Case, Study, contents, identity, scene_of
+from renderer.studies.cluster import as_done, connected_client
+from renderer.studies.sweep import Base, Study, StudyCase, contents, identity, scene_of
 from renderer.system.cache import user_cache
 from renderer.system.files import whole_file
 from renderer.system.text import CsvWriter
 
-BATCH, PIECES = 16, 4
-"""Most rooms in one piece of work, done again when a worker dies; fewest pieces a worker."""
-TRIES = 3
-"""Times in a row that workers may die without a batch done."""
-READ = ("photometer", "direct_lx", "indirect_lx", "total_lx", "uncertainty_lx", "bands_lx", "x", "y",
-        "melanopic_edi_lx", "rgb_error_percent", "fault")
+MAX_WORKER_DEATHS = 3
+"""Number of deaths of workers in a row, without a finished batch, that end the run."""
+READING_COLUMNS = (
+    "photometer",
+    "direct_lx",
+    "indirect_lx",
+    "total_lx",
+    "uncertainty_lx",
+    "bands_lx",
+    "x",
+    "y",
+    "melanopic_edi_lx",
+    "rgb_error_percent",
+    "fault",
+)
 
-Rows = list[dict]
+ReadingRows = list[dict]
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Rooms of one base, by identity, which share their form factors where geometry is not varied."""
+    """Rooms of one base by identity; they share their form factors where the geometry is not varied."""
 
     base: Base
-    cases: dict[str, Case]
+    cases: dict[str, StudyCase]
     cached: bool
 
-    def run(self) -> list[tuple[str, Rows]]:
-        """Each case's identity, and its rows. Raises InputError where a file is not what it was."""
-        done = [(name, rows_of(self.base, case, rooms_for(self))) for name, case in self.cases.items()]
+    def run(self) -> list[tuple[str, ReadingRows]]:
+        """Identity and rows of each case. Raises InputError for a file that has changed since the study was
+        read."""
+        done = [(name, case_rows(self.base, case, rooms_for(self))) for name, case in self.cases.items()]
         path, files = self.base.scene.path, self.base.files
         if contents(path.parent, files) != files:
             raise InputError(f"{path}: a file that it names is not what it was when the study was read. Give "
@@ -55,7 +66,7 @@ _kept: dict[str, TransportStore] = {}
 
 
 def rooms_for(batch: Batch) -> TransportStore:
-    """This worker's form factors for that base: the last one's are kept from batch to batch."""
+    """The form factors of a batch's base on this worker, kept from batch to batch of one base."""
     key = f"{batch.base.scene.geometry_key} {batch.cached}"
     if key not in _kept:
         _kept.clear()
@@ -63,16 +74,16 @@ def rooms_for(batch: Batch) -> TransportStore:
     return _kept[key]
 
 
-def rows_of(base: Base, case: Case, store: TransportStore) -> Rows:
-    """Readings of one room, a row each; one row with the reason where it cannot be solved."""
+def case_rows(base: Base, case: StudyCase, store: TransportStore) -> ReadingRows:
+    """One row for each reading of a room; one row with the reason for a room that cannot be solved."""
     try:
         scene = scene_of(base, case.values)
         if scene.geometry_key != base.scene.geometry_key:
             store = TransportStore(store.cache)
         _, readings = solve_and_read(scene, store=store)
     except (InputError, SolveError) as error:
-        fault = str(error).removeprefix(f"{base.scene.path}: ")  # wherever it lies: the row names the room
-        return [{**dict.fromkeys(READ), "fault": fault}]
+        fault = str(error).removeprefix(f"{base.scene.path}: ")  # the row names the room
+        return [{**dict.fromkeys(READING_COLUMNS), "fault": fault}]
     rows = []
     for reading in readings:
         x = y = opic = None
@@ -80,16 +91,35 @@ def rows_of(base: Base, case: Case, store: TransportStore) -> Rows:
             xyz = reading.power @ cie_1931()[1]
             x, y = (float(part) for part in xyz[:2] / xyz.sum())
             opic = float(equivalent_daylight(reading.power)[-1])
-        rows.append(dict(zip(READ, (reading.name, reading.direct_lx, reading.indirect_lx, reading.total_lx,
-                                    reading.uncertainty, reading.band_error, x, y, opic,
-                                    reading.rgb_error_percent, None), strict=True)))
+        rows.append(
+            dict(
+                zip(
+                    READING_COLUMNS,
+                    (
+                        reading.name,
+                        reading.direct_lx,
+                        reading.indirect_lx,
+                        reading.total_lx,
+                        reading.uncertainty,
+                        reading.band_error,
+                        x,
+                        y,
+                        opic,
+                        reading.rgb_error_percent,
+                        None,
+                    ),
+                    strict=True,
+                )
+            )
+        )
     return rows
 
 
 class Journal:
-    """What is done so far, one line a room; a line cut short by an interruption, or damaged, is not done.
+    """The finished rooms of a study, one line a room; an incomplete or damaged line counts as not finished.
 
-    study : where the study lies that the table beside it is of, seen from there; None if that is not known
+    study : path, relative to the journal's folder, of the study whose table lies beside it; None for an
+        unknown one
     """
 
     def __init__(self, path: Path):
@@ -102,12 +132,13 @@ class Journal:
             match said:
                 case {"study": str(study)}:
                     self.study = study
-                case [str(name), [_, *_] as rows] if all(isinstance(r, dict) and r.keys() >= set(READ)
-                                                         for r in rows):
+                case [str(name), [_, *_] as rows] if all(
+                    isinstance(r, dict) and r.keys() >= set(READING_COLUMNS) for r in rows
+                ):
                     self.done[name] = rows
 
     def own(self, study: Path, table: Path) -> None:
-        """Write down whose table it is. Raises InputError where it is another study's."""
+        """Record the study of the table. Raises InputError for another study's table."""
         folder, mine = self.path.parent.resolve(), study.resolve()
         owner = folder / self.study if self.study is not None else mine
         if table.is_file() and owner.is_file() and not owner.samefile(mine):
@@ -118,8 +149,8 @@ class Journal:
             self._write([{"study": said}])
             self.study = said
 
-    def add(self, results: list[tuple[str, Rows]]) -> None:
-        """Write rooms down, so that they stay whatever happens next."""
+    def add(self, results: list[tuple[str, ReadingRows]]) -> None:
+        """Record finished rooms on disk."""
         new = [(name, rows) for name, rows in results if name not in self.done]
         self._write(new)
         self.done.update(new)
@@ -133,17 +164,19 @@ class Journal:
             os.fsync(file.fileno())
 
 
-def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
+def run_sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
           progress: Progress) -> tuple[list[Path], int, int]:
-    """Do what is not done yet, and write the table. Returns the files, rooms done now, and rooms in all.
+    """Solve the rooms that are not finished, and write the table.
 
-    scheduler : address of a Dask scheduler; None for the cores here. Raises InputError or SolveError.
+    scheduler : address of a Dask scheduler; None for this machine's cores
+
+    Returns the files, the number of rooms solved now, and that of all rooms. Raises InputError or SolveError.
     """
     journal, table = Journal(out / f".{study.path.stem}.journal"), out / f"{study.path.stem}.csv"
     journal.own(study.path, table)
     todo = {name: case for case in study.cases()
             if (name := identity(study.bases[case.base], case)) not in journal.done}
-    size = max(1, min(BATCH, len(todo) // (PIECES * (os.cpu_count() or 1))))
+    size = max(1, min(16, len(todo) // (4 * (os.cpu_count() or 1))))  # at least four batches a core
     batches = [Batch(base, dict(cases[k : k + size]), cached) for number, base in enumerate(study.bases)
                if (cases := [each for each in todo.items() if each[1].base == number])
                for k in range(0, len(cases), size)]
@@ -158,7 +191,8 @@ def sweep(study: Study, out: Path, cached: bool, scheduler: str | None,
 
 
 def on_cores(batches: list) -> Iterator[list]:
-    """Results of batches as they come; where a worker dies, what it had is given to another."""
+    """Results of batches in the order of completion; the batches of a dead worker are repeated. Raises
+    SolveError."""
     left, deaths = dict(enumerate(batches)), 0
     workers = max(1, min(os.cpu_count() or 1, len(batches)))
     while left:
@@ -173,9 +207,10 @@ def on_cores(batches: list) -> Iterator[list]:
                 yield results
         except BrokenProcessPool:
             deaths += 1
-            if deaths == TRIES:
-                raise SolveError(f"a worker died {TRIES} times without finishing a batch, perhaps for want "
-                                 "of memory. Give a looser --accuracy; what is done is kept.") from None
+            if deaths == MAX_WORKER_DEATHS:
+                raise SolveError(f"a worker died {MAX_WORKER_DEATHS} times without finishing a batch, "
+                                 "perhaps for want of memory. Give a looser --accuracy; what is done is "
+                                 "kept.") from None
         finally:
             for worker in active_children() if left else ():
                 worker.terminate()
@@ -184,8 +219,8 @@ def on_cores(batches: list) -> Iterator[list]:
 
 @contextmanager
 def _each_on(cores: int) -> Iterator[None]:
-    """Processes begun meanwhile work on so many cores each, and so does their BLAS: it reads that as it is
-    imported, before any function of ours could tell it."""
+    """Set the number of cores for processes that start within the context, and for their BLAS, which reads it
+    from the environment when it is imported."""
     ours = dict.fromkeys(("RENDERER_CORES", "OPENBLAS_NUM_THREADS"), str(cores))
     before = {name: os.environ.get(name) for name in ours}
     os.environ.update(ours)
@@ -200,7 +235,8 @@ def _each_on(cores: int) -> Iterator[None]:
 
 
 def _heed_parent() -> None:
-    """In a worker: Ctrl-C is for the parent, which then ends its workers; if it dies, they end themselves."""
+    """Let a worker ignore Ctrl-C, on which the parent ends its workers, and end itself when the parent
+    dies."""
     signal(SIGINT, SIG_IGN)
 
     def end_with_it() -> None:
@@ -211,10 +247,12 @@ def _heed_parent() -> None:
 
 
 def on_cluster(batches: list, scheduler: str) -> Iterator[list]:
-    """The same on Dask workers, which have this program installed and see the same files."""
-    with connected(scheduler) as client:
-        yield from as_done([client.submit(_run, batch, pure=False, retries=TRIES) for batch in batches],
-                           client)
+    """Results of batches from Dask workers with the same program and the same files. Raises InputError or
+    SolveError."""
+    with connected_client(scheduler) as client:
+        yield from as_done(
+            [client.submit(_run, batch, pure=False, retries=MAX_WORKER_DEATHS) for batch in batches], client
+        )
 
 
 def _run(batch) -> list:
@@ -222,13 +260,13 @@ def _run(batch) -> list:
 
 
 def _table(study: Study, journal: Journal, path: Path) -> Path:
-    """Write every row, in the study's order: the room, the value of each key, the reading."""
+    """Write all rows in the study's order: the room, the value of each key, the reading."""
     with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = CsvWriter(file)
-        writer.writerow(["scene", *study.vary, *READ])
+        writer.writerow(["scene", *study.vary, *READING_COLUMNS])
         for case in study.cases():
             base = study.bases[case.base]
             values = [v if isinstance(v, (str, int, float)) else json.dumps(v) for v in case.values.values()]
             for row in journal.done[identity(base, case)]:
-                writer.writerow([base.name, *values, *(row[key] for key in READ)])
+                writer.writerow([base.name, *values, *(row[key] for key in READING_COLUMNS)])
     return path

@@ -1,4 +1,4 @@
-"""What accuracy costs in a scene: every setting timed, and held against a much finer solution."""
+"""Cost against accuracy in a scene: each setting's time, and its error against a much finer solution."""
 
 import time
 from collections.abc import Callable
@@ -16,37 +16,28 @@ from renderer.solving.transport_store import Progress, TransportStore
 from renderer.studies.tradeoff_asked import AskedStudy, measure_asked
 from renderer.transport.transport import Transport, compute_transport, refuse_hidden
 
-LONGER = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0)
-"""Patches of exact factors, over those that the plan takes for 1 %."""
-LONGER_BY_RAYS = (4.0, 2.0, 1.0)
-RAYS = (64, 256, 1024)
-"""Rays a patch."""
-FINER = 2.0
-"""How many times shorter the patches of the reference are than the finest of the grid."""
-REFERENCE_RAYS = 4096
+PATCH_FACTORS = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0)
+"""Patch sizes with exact factors, relative to the plan's for 1 %."""
+RAY_PATCH_FACTORS = (4.0, 2.0, 1.0)
+"""The same with rays."""
+RAYS_PER_PATCH = (64, 256, 1024)
 TARGETS = (0.05, 0.01, 0.002)
-"""Errors that a setting is recommended for."""
-ASKED = (0.05, 0.04, 0.03, 0.02, 0.015, 0.01, 0.007, 0.005, 0.004, 0.003, 0.002, 0.0015, 0.001)
-"""Accuracies from which rays a patch follow."""
-RUNS, ENOUGH = 3, 0.5
-"""Runs of which the median is taken, each with rays of its own; where form factors take longer than this many
-seconds, two."""
-ALIKE, ALIKE_OF_TARGET = 1.1, 0.5
-"""Times that differ by less are alike; so are errors that differ by less than this share of the target, or
-than what the reference is known to."""
-PREFERRED = ("31", "61", "16", "9", "6", "rgb-prefiltered", "rgb")
-"""Band sets, where times and errors are alike: the program's own first, then the fullest."""
+"""Errors for which a setting is recommended."""
+PREFERENCE = ("31", "61", "16", "9", "6", "rgb-prefiltered", "rgb")
+"""Band sets in the order of preference at equal times and errors: the default, then those with most bands."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One way to solve a scene, what it took [s] and how far it was off [1].
+    """One way to solve a scene, with its time [s] and its error [1].
 
-    method : "contour" (exact factors) or "rays"; rays : a patch
-    transport : what geometry decides and every band set shares, the meters among it
-    photometers : largest relative error of their readings, whichever rays are drawn
-    surfaces : error of what each surface receives, over all that arrives
-    accuracy : to ask for with that patch size, and so many rays are cast; None where no accuracy does that
+    method : "contour" (exact factors) or "rays"
+    rays : per patch
+    transport : time [s] of form factors and meters, which all band sets share
+    solve : time [s] of bands and readings
+    photometers : largest relative error of the photometers, over all draws of rays
+    surfaces : error of the flux on each surface, relative to the total
+    accuracy : accuracy for which the program casts this number of rays at this patch size; None for none
     """
 
     bands: str
@@ -67,16 +58,17 @@ class Setting:
 
     @property
     def seconds(self) -> float:
-        """Of a warm run: form factors, meters, bands, readings."""
+        """Time [s] of a run in a process that has run before."""
         return self.transport + self.solve
 
 
 @dataclass(frozen=True)
 class Tradeoff:
-    """Every setting of a scene.
+    """All settings of a scene.
 
-    reference : in a sentence; floor : its own 95 % half-width over its reading, the largest [1]
-    asked : what `--accuracy` takes, with grids, and other programs
+    reference : sentence about the reference
+    floor : largest 95 % half-width of the reference's readings, relative to the reading
+    asked : results of `--accuracy`, with grids, and of other programs
     """
 
     scene: Scene
@@ -87,8 +79,8 @@ class Tradeoff:
 
     @property
     def front(self) -> list[Setting]:
-        """Settings that none beats in both time and error, from the fastest on; errors below the floor are
-        alike."""
+        """Settings that no other one betters in both time and error, from the fastest on; errors below the
+        floor count as equal."""
         kept: list[Setting] = []
         for setting in sorted(self.settings, key=lambda s: (s.seconds, s.error)):
             if not kept or max(setting.error, self.floor) < max(kept[-1].error, self.floor):
@@ -96,11 +88,11 @@ class Tradeoff:
         return kept
 
     def recommended(self, target: float) -> Setting | None:
-        """What to take for that error, by the method that the program takes here and with as many rays as
-        some accuracy makes it cast; None if no setting is within it, or the reference is not.
+        """The setting for an error of at most `target`, of those that the program itself can choose.
 
-        Of those as fast as the fastest and as good as the best of them: the band set preferred, then the
-        fewest patches, then the smaller error.
+        Of the settings within 10 % of the least time and within half of the target of the least error, the
+        preferred band set, then the fewest patches, then the least error. None where no setting, or not the
+        reference, reaches the target.
         """
         own = "contour" if any(s.method == "contour" for s in self.settings) else "rays"
         within = [s for s in self.settings if s.error <= target and s.method == own
@@ -108,14 +100,17 @@ class Tradeoff:
         if not within or target < self.floor:
             return None
         fastest = min(s.seconds for s in within)
-        fast = [s for s in within if s.seconds <= ALIKE * fastest]
-        good = min(s.error for s in fast) + max(self.floor, ALIKE_OF_TARGET * target)
+        fast = [s for s in within if s.seconds <= 1.1 * fastest]
+        good = min(s.error for s in fast) + max(self.floor, 0.5 * target)
         return min((s for s in fast if s.error <= good),
-                   key=lambda s: (PREFERRED.index(s.bands), s.patches, s.error))
+                   key=lambda s: (PREFERENCE.index(s.bands), s.patches, s.error))
 
 
 def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
-    """Solve a scene in every setting of the grid. Raises InputError where there is nothing to read."""
+    """Solve a scene in all settings, and once with patches half as long and 4,096 rays as the reference.
+
+    Raises InputError for a scene without readings.
+    """
     if not scene.photometers:
         raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table: errors are those "
                          "of readings.")
@@ -125,9 +120,8 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     seed = scene.solver.seed if seed is None else seed
     plan = make_plan(scene, 0.01, None)
     own = scene.solver.patch_size
-    plans = grid(plan, own)
-    finest = replace(plan, patch_size=min(p.patch_size for p in plans) / FINER,
-                     rays=plan.rays and REFERENCE_RAYS)
+    plans = tried_plans(plan, own)
+    finest = replace(plan, patch_size=min(p.patch_size for p in plans) / 2.0, rays=plan.rays and 4096)
     make_plan(scene, 0.01, finest.patch_size)  # refuses what is too large
     progress(f"{scene.title}: the reference, patches of {finest.patch_size:.3g} m")
     store = TransportStore()
@@ -149,29 +143,36 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     return Tradeoff(scene, settings, said, floor, measure_asked(scene, seed, progress))
 
 
-def grid(plan: Plan, own: float | None) -> list[Plan]:
-    """The meshes and rays to try: about the plan's for 1 %, and with the scene's own patch size [m]."""
-    exact = [] if plan.rays else [replace(plan, patch_size=k * plan.patch_size) for k in LONGER]
-    cast = [replace(plan, patch_size=k * plan.patch_size, rays=rays) for k in LONGER_BY_RAYS for rays in RAYS]
+def tried_plans(plan: Plan, own: float | None) -> list[Plan]:
+    """Plans with patch sizes and rays around those of the plan for 1 %, and with the scene's own patch size
+    [m]."""
+    exact = [] if plan.rays else [replace(plan, patch_size=k * plan.patch_size) for k in PATCH_FACTORS]
+    cast = [replace(plan, patch_size=k * plan.patch_size, rays=rays)
+            for k in RAY_PATCH_FACTORS for rays in RAYS_PER_PATCH]
     if own is not None:
         exact += [] if plan.rays else [replace(plan, patch_size=own)]
-        cast += [replace(plan, patch_size=own, rays=rays) for rays in RAYS]
+        cast += [replace(plan, patch_size=own, rays=rays) for rays in RAYS_PER_PATCH]
     return exact + cast
 
 
 def asked_for(scene: Scene, plan: Plan) -> float | None:
-    """The loosest of ASKED with which the program casts as many rays on patches as large; None if none is."""
-    return next((asked for asked in ASKED
+    """The loosest accuracy for which the program casts the plan's number of rays at its patch size; None for
+    none."""
+    every = (0.05, 0.04, 0.03, 0.02, 0.015, 0.01, 0.007, 0.005, 0.004, 0.003, 0.002, 0.0015, 0.001)
+    return next((asked for asked in every
                  if make_plan(scene, asked, plan.patch_size).rays == plan.rays), None)
 
 
 def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setting]:
-    """What a mesh and its rays make of each band set: median times, and the worst of the draws of rays."""
+    """The settings of a plan in all band sets: median times and largest errors of three runs.
+
+    Each run draws rays of its own. Plans whose form factors take over 0.5 s have two runs.
+    """
     store, geometry = TransportStore(), []
     seconds: dict[str, list[float]] = {name: [] for name in BAND_SETS}
     errors: dict[str, list[tuple]] = {name: [] for name in BAND_SETS}
     patches, asked = 0, asked_for(scene, plan)
-    for run in range(RUNS):
+    for run in range(3):
         drawn = seed + run if plan.rays else seed
         (transport, meters), shared = timed(lambda drawn=drawn: _prepared(scene, plan, drawn))
         geometry.append(shared)
@@ -182,12 +183,12 @@ def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setti
                 return solution, np.array([solution.read_lx(meter).sum() for meter in meters])
 
             if run == 0:
-                read()  # what the first run alone pays for: tables, curves, weights
+                read()  # not timed: it loads tables, curves and weights
             (solution, lux), took = timed(read)
             seconds[name].append(took)
             apart = np.abs(_received(solution) - truth[1]).sum() / truth[1].sum()
             errors[name].append((_apart(lux, truth[0]), float(apart)))
-        if shared > ENOUGH and run > 0:
+        if shared > 0.5 and run > 0:
             break
     return [Setting(name, "rays" if plan.rays else "contour", plan.patch_size, plan.rays, patches,
                     float(np.median(geometry)), float(np.median(seconds[name])),
@@ -195,7 +196,7 @@ def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setti
 
 
 def _prepared(scene: Scene, plan: Plan, seed: int) -> tuple[Transport, list]:
-    """All that geometry decides, computed anew: the operator, what vertices receive, the meters."""
+    """The transport of a plan and the meters, computed anew."""
     transport = compute_transport(scene, plan.patch_size, plan.rays, seed)
     meters = [make_meter(transport, np.array(p.position), np.array(p.normal) / np.linalg.norm(p.normal),
                          f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
@@ -205,19 +206,19 @@ def _prepared(scene: Scene, plan: Plan, seed: int) -> tuple[Transport, list]:
 
 
 def timed(work: Callable) -> tuple:
-    """What some work returns, and how long it took [s]."""
+    """The result of a function, and its time [s]."""
     started = time.perf_counter()
     return work(), time.perf_counter() - started
 
 
 def _apart(got: np.ndarray, truth: np.ndarray) -> float:
-    """Largest relative difference where there is light."""
+    """Largest relative difference of readings (n,) from lit ones."""
     lit = truth > 0
     return float(np.abs(got[lit] / truth[lit] - 1).max(initial=0.0))
 
 
 def _received(solution) -> np.ndarray:
-    """What each surface receives [lm] (n_surfaces,), its mean illuminance times its area."""
+    """Flux (n_surfaces,) [lm] on each surface."""
     mesh, areas = solution.transport.mesh, solution.transport.exchange.areas
     return np.bincount(mesh.surface, areas * (solution.irradiance @ solution.bands.luminous),
                        len(solution.scene.surface_names))

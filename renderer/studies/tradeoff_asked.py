@@ -1,4 +1,4 @@
-"""What an accuracy that is asked takes, and how far the readings then are from a much finer solution's."""
+"""Times and errors of `--accuracy`, against a much finer solution."""
 
 import time
 from collections.abc import Callable
@@ -21,17 +21,20 @@ from renderer.studies.peers.curves import PEER_CURVES, PeerCurve
 from renderer.studies.peers.export import CannotRun
 
 ASKED_ACCURACIES = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002)
-"""Accuracies that are tried."""
 REFERENCE_MESH = 0.005
-"""Accuracy whose mesh and rays a reference by paths has: they count only after a reflection."""
+"""Accuracy for the mesh and rays of a reference by paths, where they count only after a reflection."""
 REFERENCE_DRAWS = 2
-"""Independent references of which the mean is taken."""
+"""Independent references, for their mean."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """One accuracy [1]: seconds from the loaded scene to every reading; the widest error bar, and the largest
-    error, of photometers and of grids' means and least points, over their readings [1]."""
+    """One accuracy [1].
+
+    seconds : from the loaded scene to all readings
+    bar : widest error bar of photometers and of grids' means and minima, relative to the reading
+    error : their largest error, relative to the reading
+    """
 
     accuracy: float
     seconds: float
@@ -41,12 +44,12 @@ class Asked:
 
 @dataclass(frozen=True)
 class AskedStudy:
-    """What each accuracy takes in a scene.
+    """The accuracies of a scene.
 
-    floor : widest error bar of what the readings are held against [1]
-    peers : time against error of other programs, of the room in RGB
-    lambertian : whether luminaires from photometric files were Lambertian there
-    skipped : why a peer is not among them, in sentences
+    floor : widest error bar of the reference, relative to the reading
+    peers : error over time of other programs, for the room in RGB
+    lambertian : whether these had Lambertian luminaires in place of photometric files
+    skipped : sentences about the missing peers
     """
 
     asked: tuple[Asked, ...] = ()
@@ -72,7 +75,7 @@ def measure_asked(scene: Scene, seed: int, progress: Progress) -> AskedStudy:
 
 
 def _timed_reading(scene: Scene, accuracy: float, seed: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """What the figures of a scene are, and their error bars [lx]; and seconds."""
+    """The figures of a scene and their error bars [lx], and the time [s]."""
     meters = len(scene.photometers) + sum(len(grid.points) for grid in scene.grids)
 
     def read(solution: Solution):
@@ -95,8 +98,8 @@ def _figures(readings: list[Reading], areas: list[GridReading]) -> list:
 
 def _reference(scene: Scene, seed: int, bands: str
                ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Figures [lx] on a fine mesh by other random numbers, their error bars, the same in RGB; and which
-    points of each grid are read."""
+    """Figures on a fine mesh by other random numbers, their error bars, and the figures in RGB [lx]; and the
+    read points of each grid."""
     draws = []
     for draw in range(REFERENCE_DRAWS):
         solution = solve(scene, bands, seed=seed + 1 + draw, plan=_reference_plan(scene))
@@ -123,7 +126,7 @@ def _reference_plan(scene: Scene) -> Plan:
 
 def _beside_peers(scene: Scene, seed: int, in_rgb: np.ndarray, areas: list[np.ndarray], progress: Progress
                   ) -> tuple[tuple[PeerCurve, ...], bool, tuple[str, ...]]:
-    """Curves of the peers; whether they were given Lambertian luminaires; why one has none."""
+    """Curves of the peers, whether they had Lambertian luminaires, and sentences about the missing ones."""
     same, skipped, curves = lambertian(scene), [], []
     truth = in_rgb
     for name, (installed, curve) in PEER_CURVES.items():
@@ -140,8 +143,8 @@ def _beside_peers(scene: Scene, seed: int, in_rgb: np.ndarray, areas: list[np.nd
 
 
 def lambertian(scene: Scene) -> Scene:
-    """The scene with Lambertian faces of the same outline and lumens in place of measured luminaires, which
-    peers are not given; itself where it has none."""
+    """The scene with Lambertian faces of equal outline and lumens in place of measured luminaires; itself
+    where it has none."""
     if not any(lum.distribution is not None for lum in scene.luminaires):
         return scene
     return replace(scene, luminaires=[_lambertian(lum) for lum in scene.luminaires])
@@ -155,7 +158,10 @@ def _lambertian(lum: Luminaire) -> Luminaire:
 
 
 def as_photometers(scene: Scene, areas: list[np.ndarray]) -> Scene:
-    """The scene with a photometer at each point of its grids that is read: areas, one (n_points,) a grid."""
+    """The scene with a photometer at each read point of its grids.
+
+    areas : (n_points,) of each grid, whether the point is read
+    """
     points = [PhotometerTable(name=f"{grid.name} {k}", position=tuple(grid.points[k]),
                               normal=tuple(grid.normal))
               for grid, read in zip(scene.grids, areas, strict=True) for k in np.flatnonzero(read)]
@@ -163,7 +169,7 @@ def as_photometers(scene: Scene, areas: list[np.ndarray]) -> Scene:
 
 
 def _error_of(scene: Scene, areas: list[np.ndarray], truth: np.ndarray) -> Callable[[np.ndarray], float]:
-    """The largest error [1] of what photometers and points of grids read (n_meters,) [lx]."""
+    """The largest relative error of the readings (n_meters,) [lx] of photometers and points of grids."""
     counts, alone = [int(read.sum()) for read in areas], len(scene.photometers)
 
     def error(values: np.ndarray) -> float:

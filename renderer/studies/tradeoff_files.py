@@ -1,4 +1,4 @@
-"""A measured trade as a table, a picture, and in words."""
+"""A trade-off of cost and accuracy as a table, a chart and a paragraph."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -11,17 +11,17 @@ from renderer.studies.tradeoff import TARGETS, Setting, Tradeoff
 from renderer.system.files import whole_file
 from renderer.system.text import CsvWriter
 
-COLUMNS = ("bands", "method", "patch_size_m", "rays_per_patch", "patches", "seconds_geometry",
+TRADEOFF_COLUMNS = ("bands", "method", "patch_size_m", "rays_per_patch", "patches", "seconds_geometry",
            "seconds_bands", "seconds", "error_photometers", "error_surfaces", "on_front")
 
 
-def save(found: Tradeoff, out: Path) -> list[Path]:
+def save_tradeoff(found: Tradeoff, out: Path) -> list[Path]:
     """Write <scene>_tradeoff.csv, .md and .png; returns the files."""
     stem = f"{found.scene.path.stem}_tradeoff"
     front, files = found.front, [out / f"{stem}.csv", out / f"{stem}.md"]
     with whole_file(files[0]) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = CsvWriter(file)
-        writer.writerow(COLUMNS)
+        writer.writerow(TRADEOFF_COLUMNS)
         for s in found.settings:
             seconds = (f"{x:.4g}" for x in (s.transport, s.solve, s.seconds))
             writer.writerow([s.bands, s.method, f"{s.patch_size:.4g}", s.rays, s.patches, *seconds,
@@ -35,7 +35,7 @@ def save(found: Tradeoff, out: Path) -> list[Path]:
 
 
 def recommendations(found: Tradeoff) -> Table:
-    """What to take for each of TARGETS."""
+    """The recommended setting for each of TARGETS."""
     rows = []
     for target in TARGETS:
         best = found.recommended(target)
@@ -46,7 +46,7 @@ def recommendations(found: Tradeoff) -> Table:
 
 
 def _beyond(found: Tradeoff) -> str:
-    """Why nothing is recommended for a target below the reference's own error."""
+    """The reason for no recommendation for a target below the reference's own error."""
     return f"the reference is known to {_percent(found.floor)} only"
 
 
@@ -117,7 +117,7 @@ def _of_bands(found: Tradeoff) -> str:
 
 
 def words(found: Tradeoff) -> str:
-    """The trade in one paragraph."""
+    """The trade-off in one paragraph."""
     by = {name: [s for s in found.settings if s.bands == name] for name in {s.bands for s in found.settings}}
     dearer = np.median([a.seconds / b.seconds for a, b in zip(by["31"], by["rgb"], strict=True)])
     share = np.median([s.transport / s.seconds for s in found.settings])

@@ -1,4 +1,4 @@
-"""Error bars for every spot of a room, so that a reading may be taken anywhere without solving again."""
+"""Error bars for all places of a room, for readings anywhere on the page of a report."""
 
 import numpy as np
 from scipy import sparse
@@ -10,23 +10,18 @@ from renderer.transport.direct.direct import SHADOW_RAYS, unoccluded
 from renderer.transport.rays.sampling import REPLICAS
 from renderer.transport.sensors import direct_on, seen_from
 
-INSET = 1e-3
-"""How far inside its patch a corner is looked up on the other mesh, relative to the patch."""
-PARTS_RAYS = SHADOW_RAYS // 4
-"""Shadow rays of each replica that tells how far a pixel's own may be wrong."""
-
 
 def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
-    """95 % half-widths, mesh and sampling, of the indirect illuminance on each patch (n_patches,) [lx].
+    """95 % half-widths (n_patches,) [lx], of mesh and of sampling, of the indirect illuminance on each patch.
 
-    As a photometer's (readings/uncertainty.py): in RGB, from another mesh and from the samples of the
-    rays; here of what is interpolated between vertices, the largest at a patch's corners and middle, since a
-    difference may vanish by chance at one place.
+    They follow from another mesh and from the samples of the rays, as a photometer's
+    (readings/uncertainty.py), for the illuminance interpolated between vertices. The largest at a patch's
+    corners and centre is taken, since a difference may vanish by chance at one place.
     """
     mesh_sequence, mesh = solution.mesh_sequence, solution.transport.mesh
     luminous = mesh_sequence.meshes[0].bands.luminous
     places = np.concatenate([mesh.corners, mesh.centroid[:, None]], axis=1)
-    places[:, :4] += INSET * (places[:, 4:] - places[:, :4])
+    places[:, :4] += 1e-3 * (places[:, 4:] - places[:, :4])
     here, *there = (each.vertex_irradiance @ luminous for each in mesh_sequence.meshes)
     values = [np.column_stack([here[mesh.patches], _at_middle(mesh, here)])]
     values += [_on(each, places, mesh.normal, light)
@@ -38,14 +33,15 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     if not replicas:
         return of_mesh, np.zeros(len(mesh.patches))
     spread = np.array([each.vertex_irradiance @ luminous for each in replicas]).std(axis=0, ddof=1)
-    own = replicas[0].transport is solution.transport  # a very fine mesh leaves the replicas to the other
+    own = replicas[0].transport is solution.transport  # of a very fine mesh the other one has the replicas
     on_patches = spread[mesh.patches] if own else _on(mesh_sequence.meshes[1], places, mesh.normal, spread)
     return of_mesh, student(len(replicas)) / np.sqrt(len(replicas)) * _largest(mesh, on_patches)
 
 
 def _largest(mesh, at_places: np.ndarray) -> np.ndarray:
-    """The largest of each patch's values (n_patches, k); what the other mesh does not have at all (NaN, a
-    foot's rim) gets its surface's."""
+    """The largest of each patch's values (n_patches, k); where all are NaN, off the other mesh, its surface's
+    largest.
+    """
     found = np.isfinite(at_places)
     largest = np.where(found, at_places, 0.0).max(axis=1)
     of_surface = np.zeros(mesh.surface.max(initial=0) + 1)
@@ -59,7 +55,8 @@ def _at_middle(mesh, on_vertices: np.ndarray) -> np.ndarray:
 
 
 def _on(other: Solution, places: np.ndarray, normals: np.ndarray, on_vertices: np.ndarray) -> np.ndarray:
-    """What another mesh of the same room has at places (n, k, 3) on surfaces (n, k); NaN where nothing."""
+    """Values (n, k) of another mesh of the room at places (n, k, 3) on patches with normals (n, 3); NaN off
+    it."""
     eye, mesh = other.transport.eye, other.transport.mesh
     points = places.reshape(-1, 3)
     normals = np.repeat(normals, places.shape[1], axis=0)
@@ -72,8 +69,11 @@ def _on(other: Solution, places: np.ndarray, normals: np.ndarray, on_vertices: n
 
 
 def shadow_bars(view: View) -> sparse.csr_array:
-    """95 % half-widths of the direct light at each pixel's middle, per lumen of each luminaire
-    (n_pixels, n_luminaires) [m⁻²]; not 0 only in penumbras, where rays were counted."""
+    """95 % half-widths (n_pixels, n_luminaires) [m⁻²] of the direct illuminance per lumen at each pixel's
+    centre.
+
+    They are 0 outside penumbras, where no rays are counted.
+    """
     transport, n = view.transport, view.patch.size
     if transport.ray_scene is None or not transport.luminaires:
         return sparse.csr_array((n, len(transport.luminaires)))
@@ -84,9 +84,10 @@ def shadow_bars(view: View) -> sparse.csr_array:
     dimmed = (view.light[pixel] < (1 - 1e-9) * bare) & (view.light[pixel] > 0)
     some = dimmed.any(axis=1)
     pixel, patch, s, t = pixel[some], patch[some], s[some], t[some]
-    parts = direct_on(transport, patch, s, t, 2, PARTS_RAYS, REPLICAS)
-    half = student(len(parts)) * parts.std(axis=0, ddof=1) * np.sqrt(PARTS_RAYS / SHADOW_RAYS)
-    # Where all parts count alike, as at a penumbra's rim, the light is still known to half a ray at best.
+    rays = SHADOW_RAYS // 4  # of each replica
+    parts = direct_on(transport, patch, s, t, 2, rays, REPLICAS)
+    half = student(len(parts)) * parts.std(axis=0, ddof=1) * np.sqrt(rays / SHADOW_RAYS)
+    # Equal counts of all replicas, as at the rim of a penumbra, still leave an error of half a ray.
     half = np.hypot(half, np.where(dimmed[some], bare[some] / (2 * SHADOW_RAYS), 0.0))
     rows, columns = np.nonzero(half)
     return sparse.csr_array((half[rows, columns], (pixel[rows], columns)), shape=view.light.shape)

@@ -1,30 +1,27 @@
-"""The pages of a client's report: one HTML file without scripts, laid out for paper."""
+"""The report for a client: one HTML file without scripts, laid out for paper."""
 
 import datetime
 from html import escape
 from pathlib import Path
 
-from renderer.pictures.report.tables import table
+from renderer.pictures.report.tables import DASH, html_table
 from renderer.records.requirements import MET, NOT_MET, REQUIREMENT_NAMES
 from renderer.system.files import whole_file
-
-HERE = Path(__file__).parent
-DASH = "–"
 
 
 def save_client(room, path: Path) -> Path:
     """Write the report of a studies.client_report.ClientRoom. All text is escaped."""
-    scene = room.scene
+    scene, folder = room.scene, Path(__file__).parent
     filled = {
         "title": escape(scene.project.name or scene.title), "heading": _heading(scene),
-        "style": (HERE / "client.css").read_text(encoding="utf-8"),
+        "style": (folder / "client.css").read_text(encoding="utf-8"),
         "picture": "" if room.picture is None else
         f'<img class="picture" alt="The room as it will look" src="{room.picture}">',
         "room": _room(room), "checks": _checks(room), "luminaires": _luminaires(room),
         "materials": _materials(room), "grids": _grids(room), "meters": _meters(room), "eyes": _eyes(room),
         "rgb": _rgb(room), "appendix": _appendix(room),
     }
-    parts = (HERE / "client.html").read_text(encoding="utf-8").split("{{")
+    parts = (folder / "client.html").read_text(encoding="utf-8").split("{{")
     text = parts[0] + "".join(filled[name] + rest for name, rest in (p.split("}}", 1) for p in parts[1:]))
     with whole_file(path) as part:
         part.write_text(text, encoding="utf-8")
@@ -65,7 +62,7 @@ def _checks(room) -> str:
         bar = f"± {check.bar:.2g}" if check.bar else ""
         mark = {MET: "✓ met", NOT_MET: "✗ not met"}.get(check.verdict, f"? {check.verdict}")
         rows.append([check.of, name, f"{sign} {check.asked:g} {unit}".strip(), got, bar, mark])
-    return table(["area or place", "quantity", "asked", "reached", "95 %", "result"], rows,
+    return html_table(["area or place", "quantity", "asked", "reached", "95 %", "result"], rows,
                  "What was asked, and what is reached")
 
 
@@ -81,7 +78,7 @@ def _luminaires(room) -> str:
         rows.append(["all", "", "", f"{sum(line.number for line in lines)}", "", "",
                      f"{sum(line.number * line.lumens for line in lines):.0f}",
                      f"{sum(line.number * line.watts for line in lines):.0f}" if known else DASH])
-    return table(["luminaire", "file or shape", "light", "number", "lm each", "W each", "lm", "W"], rows,
+    return html_table(["luminaire", "file or shape", "light", "number", "lm each", "W each", "lm", "W"], rows,
                  "Luminaires, new")
 
 
@@ -106,7 +103,7 @@ def _grids(room) -> str:
                      u0])
     figures = "".join(f'<img class="plan" alt="Isolux plan of {escape(each.grid.name)}" src="{plan}">'
                       for each, plan in zip(room.grids, room.plans, strict=True))
-    return table(["area", "points", "Ē lx", "E_min lx", "E_max lx", "U₀"], rows,
+    return html_table(["area", "points", "Ē lx", "E_min lx", "E_max lx", "U₀"], rows,
                  f"Areas, {_values(room.scene)}") + f'<div class="plans">{figures}</div>'
 
 
@@ -121,7 +118,7 @@ def _meters(room) -> str:
     readings = room.record["readings"][:len(room.scene.photometers)]
     if not readings:
         return ""
-    return table(["photometer", "lx", "CCT K", "Ra", "melanopic EDI lx"], list(map(_light, readings)),
+    return html_table(["photometer", "lx", "CCT K", "Ra", "melanopic EDI lx"], list(map(_light, readings)),
                  "Photometers")
 
 
@@ -132,7 +129,7 @@ def _eyes(room) -> str:
     for eye, glare in zip(room.eyes, room.ratings, strict=True):
         rating = DASH if glare.rating is None else f"{glare.rating:.1f} ± {glare.uncertainty:.1g}"
         rows.append([*_light(eye), rating])
-    return table(["observer", "vertical lx at the eye", "CCT K", "Ra", "melanopic EDI lx", "UGR"], rows,
+    return html_table(["observer", "vertical lx at the eye", "CCT K", "Ra", "melanopic EDI lx", "UGR"], rows,
                  "At the eye: colour of the light, and glare")
 
 

@@ -1,8 +1,8 @@
-"""What a page needs to work out any picture and any reading by itself.
+"""The data from which a report's page computes pictures and readings.
 
-As in the program, a pixel is a sparse row on (surface × luminaire) and vertices, free of materials and
-bands, and a solution is what vertices receive. Both are kept apart in the page too: three rooms of one
-shape share their pixels, and each pixel has its whole spectrum at no further cost.
+A pixel is a sparse row on (surface × luminaire) and vertices, independent of materials and bands; a solution
+is the irradiance of vertices. The page keeps them apart: rooms of one shape share their pixels, and each
+pixel has its whole spectrum at no further cost.
 """
 
 from dataclasses import dataclass
@@ -18,17 +18,15 @@ from renderer.solving.solution import Solution
 from renderer.transport.sensors import direct_on
 from renderer.transport.transport import Transport
 
-MAX_FINE_PLACES, MAX_STEPS, FINE_RAYS, FINE_INSET = 60_000, 8, 64, 1e-3
-"""Of direct light in three dimensions: places in all, steps across a patch, shadow rays of each place, and
-how far inside its patch a place on its edge is, relative to the patch."""
-
 
 @dataclass(frozen=True)
 class Lamps:
-    """Luminaires whose spectra are alike in every room shown are one: a hundred panels are one column.
+    """Groups of luminaires with equal spectra in every room of the page: a hundred equal panels are one
+    column.
 
-    first : (n_groups,) a luminaire of each; power : (n_luminaires,) of each, where the group's is 1
-    group : (n_luminaires,)
+    first : (n_groups,) one luminaire of each group
+    power : (n_luminaires,) power of each luminaire for unit power of its group
+    group : (n_luminaires,) number of each luminaire's group
     """
 
     first: np.ndarray
@@ -36,7 +34,7 @@ class Lamps:
     group: np.ndarray
 
     def joined(self, per_lumen) -> np.ndarray:
-        """Columns for luminaires (n, n_luminaires) as columns for groups (n, n_groups)."""
+        """Columns of groups (n, n_groups) from columns of luminaires (n, n_luminaires)."""
         weights = sparse.csr_array((self.power, (np.arange(len(self.group)), self.group)),
                                    shape=(len(self.group), len(self.first)))
         return per_lumen @ weights
@@ -57,7 +55,7 @@ def lamps_of(solutions: list[Solution]) -> Lamps:
 
 
 def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
-    """The patches of a room, and the direct light on each."""
+    """The patches of a room and their direct illuminance."""
     mesh = transport.mesh
     replicas = len(transport.direct_replicas)
     spread = (student(replicas) * transport.direct_replicas.std(axis=0, ddof=1) / np.sqrt(replicas)
@@ -80,24 +78,27 @@ def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
 
 
 def _fine(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
-    """Direct light at (steps + 1)² places on each exposed patch, three corners of each triangle, per lumen of
-    each group: what the room in three dimensions shows between vertices."""
+    """Direct illuminance at (steps + 1)² places on each exposed patch, three on each triangle, per lumen of
+    each group, for the room in three dimensions.
+
+    At most eight steps and about 60,000 places in all, each with 64 shadow rays.
+    """
     mesh = transport.mesh
     shown = np.flatnonzero(transport.exchange.areas > 0)
     quads, triangles = (shown[mesh.triangular[shown] == flag] for flag in (False, True))
-    steps = int(np.clip(np.sqrt(MAX_FINE_PLACES / max(1, len(quads))) - 1, 1, MAX_STEPS))
+    steps = int(np.clip(np.sqrt(60_000 / max(1, len(quads))) - 1, 1, 8))
     across = np.arange(steps + 1) / steps
     t, s = np.meshgrid(across, across, indexing="ij")
     patch = np.concatenate([np.repeat(quads, s.size), np.repeat(triangles, 3)])
     st = np.vstack([np.tile(np.column_stack([s.ravel(), t.ravel()]), (len(quads), 1)),
                     np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (len(triangles), 1))])
-    st += FINE_INSET * (mesh.middle_st[patch] - st)  # an edge has no one answer
-    light = direct_on(transport, patch, *st.T, 3, FINE_RAYS)[0]
+    st += 1e-3 * (mesh.middle_st[patch] - st)  # inside the patch: an edge has no unique illuminance
+    light = direct_on(transport, patch, *st.T, 3, 64)[0]
     return {"steps": steps, "light": _columns(lamps.joined(light), pack)}
 
 
 def _exitance(transport: Transport) -> sparse.csr_array:
-    """What the fronts of luminaires' faces send per lumen (n_patches, n_luminaires) [m⁻²]."""
+    """Exitance (n_patches, n_luminaires) per lumen [m⁻²] of the fronts of luminaires' faces."""
     mesh = transport.mesh
     found = sparse.lil_array((len(mesh.patches), len(transport.luminaires)))
     for surface, k in transport.faces:
@@ -107,7 +108,7 @@ def _exitance(transport: Transport) -> sparse.csr_array:
 
 
 def view_data(view: View, lamps: Lamps, pack: Pack) -> dict:
-    """What each pixel of a camera adds up."""
+    """The sensors of a camera's pixels."""
     edge = np.flatnonzero(view.edge)
     camera, groups = view.camera, len(lamps.first)
     n_luminaires = view.light.shape[1]
@@ -131,7 +132,7 @@ def view_data(view: View, lamps: Lamps, pack: Pack) -> dict:
 
 
 def solution_data(solution: Solution, lamps: Lamps, pack: Pack) -> dict:
-    """What vertices receive, by band, and what turns it into luminance and illuminance."""
+    """The irradiance of vertices by band, and its weights for luminance and illuminance."""
     bands = solution.bands
     spectral = bands.edges is not None
     return {
@@ -145,13 +146,13 @@ def solution_data(solution: Solution, lamps: Lamps, pack: Pack) -> dict:
 
 
 def bars_data(solution: Solution, pack: Pack) -> dict:
-    """How far indirect light may be off on each patch [lx]."""
+    """Error bars [lx] of the indirect illuminance on each patch."""
     mesh, sampling = patch_bars(solution)
     return {"mesh": pack.logarithms(mesh), "sampling": pack.logarithms(sampling)}
 
 
 def _squares(lamps: Lamps, half_widths):
-    """Squares of groups' errors (n, n_groups) from luminaires' (n, n_luminaires), independent ones."""
+    """Squares of groups' errors (n, n_groups) from independent errors of luminaires (n, n_luminaires)."""
     return lamps.joined(half_widths**2 * lamps.power)
 
 
@@ -160,7 +161,7 @@ def _columns(values: np.ndarray, pack: Pack) -> list[dict]:
 
 
 def _sparse(rows, pack: Pack) -> dict:
-    """A sparse matrix: entries in each row, columns, values."""
+    """A sparse matrix as the count of entries in each row, their columns and their values."""
     rows = sparse.csr_array(rows)
     rows.sort_indices()
     return {"counts": pack.whole(np.diff(rows.indptr)), "columns": pack.whole(rows.indices),

@@ -1,4 +1,4 @@
-"""The scene files that a report carries, so that it can be made again from itself."""
+"""The scene files inside a report, from which the report can be made again."""
 
 import base64
 import hashlib
@@ -9,28 +9,26 @@ from renderer.scene.scene import Scene
 from renderer.system.input_files import OpenedFile, read_input
 from renderer.system.text import visible
 
-CARRIED = 300_000
-"""Bytes of one file, and of all of a room's, that are carried; larger ones are named with a checksum."""
-TOO_LARGE, OUTSIDE, CHANGED = ("too large to carry", "outside the scene's folder; --embed-outside carries it",
-                               "no longer what it was when it was read")
-
 
 def scene_files(scene: Scene, outside: bool = False) -> list[dict]:
-    """The files that were read to load a scene: name, SHA-256, size, and text or base64, or why it is left
-    out.
+    """The files that were read to load a scene: name, SHA-256, size, and text, base64 or the reason of its
+    absence.
 
-    Never another file that the scene may name; outside : carry those that lie outside its folder, too.
+    outside : include files outside the scene's folder
+
+    The files of one room have up to 300,000 bytes together. No file is included that was not read for the
+    scene.
     """
-    folder, left = scene.path.parent, CARRIED
+    folder, left = scene.path.parent, 300_000
     carried = []
     for file in scene.opened:
         entry = {"name": _name(file.path, folder), "sha256": file.sha256, "bytes": file.size}
         if file.path != scene.path and not outside and not _is_inside(file.path, folder):
-            entry["left_out"] = OUTSIDE
+            entry["left_out"] = "outside the scene's folder; --embed-outside carries it"
         elif file.size > left:
-            entry["left_out"] = TOO_LARGE
+            entry["left_out"] = "too large to carry"
         elif (data := _as_read(file)) is None:
-            entry["left_out"] = CHANGED
+            entry["left_out"] = "no longer what it was when it was read"
         else:
             left -= file.size
             entry |= _content(data)
@@ -39,17 +37,17 @@ def scene_files(scene: Scene, outside: bool = False) -> list[dict]:
 
 
 def _is_inside(path: Path, folder: Path) -> bool:
-    """Whether a file lies in a folder, links followed."""
+    """Whether a file lies in a folder, after links are followed."""
     return path.resolve().is_relative_to(folder.resolve())
 
 
 def _name(path: Path, folder: Path) -> str:
-    """What a scene calls a file: seen from its folder, where it is not given in full."""
+    """A file's path relative to the scene's folder; the whole path for one outside it."""
     return visible(str(path.relative_to(folder)) if path.is_relative_to(folder) else str(path))
 
 
 def _as_read(file: OpenedFile) -> bytes | None:
-    """What is in a file; None where it is not what was read."""
+    """The bytes of a file; None for one that has changed since it was read."""
     try:
         data = read_input(file.path, "model", "the report")
     except InputError:

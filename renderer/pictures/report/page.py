@@ -1,4 +1,4 @@
-"""One HTML file that shows rooms and reads them, with no network and no other file."""
+"""The page of a report: one HTML file with pictures and readings, without network and other files."""
 
 import base64
 import gzip
@@ -25,7 +25,7 @@ from renderer.pictures.report.data import (
     view_data,
 )
 from renderer.pictures.report.files import scene_files
-from renderer.pictures.report.pack import CURVES, ERROR, Pack
+from renderer.pictures.report.pack import CURVE_ERROR, LOGARITHM_ERROR, Pack
 from renderer.pictures.report.tables import files_list, plan_table, readings_table, tiles
 from renderer.readings.finding import Finding, headline
 from renderer.readings.reading import Reading
@@ -33,25 +33,10 @@ from renderer.records.finding import solution_finding
 from renderer.solving.solution import Solution
 from renderer.system.files import whole_file
 
-HERE = Path(__file__).parent
-SCRIPTS = ("decode", "light", "colour", "readings", "pictures", "pins", "space", "page")
-"""Our own, in the order in which they build on each other; three.js comes before them."""
-BEGIN = '"use strict";\n(async () => {'
-END = """})().catch(problem => {
-  const said = document.getElementById("failure");
-  said.hidden = false;
-  said.textContent = `The pictures cannot be shown by this browser (${problem.message}); the tables can.`;
-  throw problem;
-});
-"""
-PALETTES = {"viridis": COLOUR_MAP, "cividis": "cividis", "magma": "magma", "rainbow": RAINBOW,
-            "difference": DIFFERENCE}
-"""matplotlib's, all but the rainbow clear to the colour-blind."""
-
 
 @dataclass(frozen=True)
-class Room:
-    """A room to be shown, solved in RGB and in 31 bands on one transport.
+class ReportRoom:
+    """A room of the page, solved in RGB and in 31 bands on one transport.
 
     solutions, readings, records : by band set
     """
@@ -64,56 +49,77 @@ class Room:
 
     @property
     def scene(self):
-        """What was solved."""
+        """The scene of the solutions."""
         return self.solutions["31"].scene
 
     @property
     def finding(self) -> Finding:
-        """What RGB gets wrong in it."""
+        """RGB's error in the room."""
         return solution_finding(self.solutions["rgb"], self.solutions["31"], self.readings["31"])
 
     @property
     def title(self) -> str:
-        """The scene's."""
+        """The scene's title."""
         return self.scene.title
 
 
-def save_report(rooms: list[Room], command: str, notes: list[str], path: Path, outside: bool = False) -> Path:
+def save_report(
+    rooms: list[ReportRoom], command: str, notes: list[str], path: Path, outside: bool = False
+) -> Path:
     """Write the page.
 
-    command : what made it; notes : what was done otherwise than asked, in sentences
-    outside : carry files that lie outside a scene's folder, too
+    command : the command line for it
+    notes : sentences about changes of what was asked
+    outside : include files outside a scene's folder
     """
     with whole_file(path) as part:
         part.write_text(page(rooms, command, notes, outside), encoding="utf-8")
     return path
 
 
-def page(rooms: list[Room], command: str, notes: list[str], outside: bool = False) -> str:
-    """The whole page as text."""
-    rooms = [Room(r.solutions, r.readings, r.records, r.view, scene_files(r.scene, outside)) for r in rooms]
+def page(rooms: list[ReportRoom], command: str, notes: list[str], outside: bool = False) -> str:
+    """The page as text; arguments as for `save_report`."""
+    rooms = [
+        ReportRoom(r.solutions, r.readings, r.records, r.view, scene_files(r.scene, outside)) for r in rooms
+    ]
     pack = Pack()
     data = _data(rooms, pack)
-    three = gzip.decompress((HERE / "three.min.js.gz").read_bytes()).decode()
-    own = "\n".join([BEGIN, *((HERE / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS), END])
+    folder = Path(__file__).parent
+    three = gzip.decompress((folder / "three.min.js.gz").read_bytes()).decode()
+    own = _script(folder)
     titles = " · ".join(dict.fromkeys(room.title for room in rooms))
     filled = {
         "policy": _policy([three, own]), "title": escape(titles),
         "finding": escape(headline([room.finding for room in rooms])), "tiles": tiles(rooms),
-        "style": (HERE / "report.css").read_text(encoding="utf-8"),
+        "style": (folder / "report.css").read_text(encoding="utf-8"),
         "notes": "".join(f"<p>{escape(note)}</p>" for note in notes),
         "readings": readings_table(rooms), "plan": plan_table(rooms), "files": files_list(rooms),
         "command": escape(command), "versions": escape(_versions()),
         "data": json.dumps(data, allow_nan=False).replace("<", "\\u003c"), "numbers": pack.base64(),
         "three": three, "own": own,
-        "licence": escape((HERE / "three.LICENSE.txt").read_text(encoding="utf-8").strip()),
-        "error": f"{ERROR + CURVES:.2%}",
+        "licence": escape((folder / "three.LICENSE.txt").read_text(encoding="utf-8").strip()),
+        "error": f"{LOGARITHM_ERROR + CURVE_ERROR:.2%}",
     }
-    parts = (HERE / "report.html").read_text(encoding="utf-8").split("{{")
+    parts = (folder / "report.html").read_text(encoding="utf-8").split("{{")
     return parts[0] + "".join(filled[name] + rest for name, rest in (p.split("}}", 1) for p in parts[1:]))
 
 
-def _data(rooms: list[Room], pack: Pack) -> dict:
+def _script(folder: Path) -> str:
+    """The page's own scripts as one function, in the order of their dependence; three.js comes before
+    them."""
+    names = ("decode", "light", "colour", "readings", "pictures", "pins", "space", "page")
+    end = """})().catch(problem => {
+  const said = document.getElementById("failure");
+  said.hidden = false;
+  said.textContent = `The pictures cannot be shown by this browser (${problem.message}); the tables can.`;
+  throw problem;
+});
+"""
+    return "\n".join(['"use strict";\n(async () => {',
+                      *((folder / f"{name}.js").read_text(encoding="utf-8") for name in names), end])
+
+
+def _data(rooms: list[ReportRoom], pack: Pack) -> dict:
     geometries, views, lamps = {}, {}, {}
     shown = []
     for room in rooms:
@@ -137,11 +143,11 @@ def _data(rooms: list[Room], pack: Pack) -> dict:
             "files": room.files,
         })
     return {"rooms": shown, "geometries": list(geometries.values()), "views": list(views.values()),
-            "quantisation": ERROR + CURVES, **_look(rooms), "palettes": _palettes()}
+            "quantisation": LOGARITHM_ERROR + CURVE_ERROR, **_look(rooms), "palettes": _palettes()}
 
 
-def _photometers(room: Room) -> list[dict]:
-    """Name, place and reading of each, as the picture and the room in 3-D show them."""
+def _photometers(room: ReportRoom) -> list[dict]:
+    """Name, place and reading of each photometer, for the picture and the room in three dimensions."""
     scene, view = room.scene, room.view
     places = [np.array(p.position) for p in scene.photometers]
     marks = [None if view is None or not view.transport.eye.clear(view.eye[None], place[None])[0]
@@ -154,8 +160,8 @@ def _photometers(room: Room) -> list[dict]:
             for k, (p, mark) in enumerate(zip(scene.photometers, marks, strict=True))]
 
 
-def _look(rooms: list[Room]) -> dict:
-    """One exposure, white balance and scale for all pictures, as in the program's other pictures."""
+def _look(rooms: list[ReportRoom]) -> dict:
+    """One exposure, white balance and scale for all pictures of the page."""
     first = rooms[0].solutions["rgb"]
     balance = white_balance(first.flux.sum(axis=0) @ first.bands.xyz).T
     totals, masks = [], []
@@ -178,11 +184,13 @@ def _palettes() -> dict:
     from matplotlib import colormaps
 
     steps = np.linspace(0, 1, 256)
-    return {name: colormaps[of](steps, bytes=True)[:, :3].tobytes().hex() for name, of in PALETTES.items()}
+    palettes = {"viridis": COLOUR_MAP, "cividis": "cividis", "magma": "magma", "rainbow": RAINBOW,
+                "difference": DIFFERENCE}
+    return {name: colormaps[of](steps, bytes=True)[:, :3].tobytes().hex() for name, of in palettes.items()}
 
 
 def _policy(scripts: list[str]) -> str:
-    """What the page may run and load: these scripts as they stand, and nothing from anywhere."""
+    """The content security policy of the page: only these scripts, and nothing from elsewhere."""
     hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(s.encode()).digest()).decode()}'"
                       for s in scripts)
     return (f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; "

@@ -1,4 +1,4 @@
-"""What a page says in words and figures, readable without any script. All text is escaped."""
+"""The tables of a report's page, readable without scripts. All text is escaped."""
 
 from html import escape
 
@@ -8,8 +8,8 @@ from renderer.readings.finding import signed
 DASH = "–"
 
 
-def table(columns: list[str], rows: list[list[str]], caption: str) -> str:
-    """A table whose first column names its rows."""
+def html_table(columns: list[str], rows: list[list[str]], caption: str) -> str:
+    """A table with the names of its rows in the first column."""
     head = "".join(f'<th scope="col">{escape(column)}</th>' for column in columns)
     body = "".join("<tr>" + f'<th scope="row">{escape(row[0])}</th>'
                    + "".join(f"<td>{escape(cell)}</td>" for cell in row[1:]) + "</tr>" for row in rows)
@@ -19,7 +19,7 @@ def table(columns: list[str], rows: list[list[str]], caption: str) -> str:
 
 
 def tiles(rooms: list) -> str:
-    """A button a room: its title, and by how much RGB is off."""
+    """A button for each room with its title and RGB's error."""
     parts = []
     for k, room in enumerate(rooms):
         found = room.finding
@@ -31,7 +31,8 @@ def tiles(rooms: list) -> str:
 
 
 def readings_table(rooms: list) -> str:
-    """Each photometer in each room and band set, with its error bar and its ratio to the first room."""
+    """The readings of all photometers in each room and band set, with error bars and ratios to the first
+    room."""
     columns = ["room", "bands", "photometer", "direct lx", "indirect lx", "total lx", "± 95 % lx",
                "RGB off by", "to first room", "by bands lx", "x, y", "CCT K", "Duv", "melanopic EDI lx"]
     rows, first = [], {}
@@ -53,11 +54,11 @@ def readings_table(rooms: list) -> str:
                     DASH if r["melanopic_edi_lx"] is None else f"{r['melanopic_edi_lx']:.1f}"])
     if not rows:
         return "<p>The scenes have no photometers; click into a picture to read anywhere.</p>"
-    return table(columns, rows, "Readings of the scenes' photometers")
+    return html_table(columns, rows, "Readings of the scenes' photometers")
 
 
 def plan_table(rooms: list) -> str:
-    """How each room was solved, and how far its laws hold."""
+    """The plan of each room and the errors of closure, reciprocity and energy balance."""
     columns = ["room", "patches", "patch size m", "rays a patch", "closure error", "reciprocity error",
                "energy balance error", "accuracy asked", "bands solved", "seconds"]
     rows = []
@@ -71,11 +72,11 @@ def plan_table(rooms: list) -> str:
                      f"{record['seconds']['total']:.1f}"])
     said = [(room.title, "; ".join(room.solutions["31"].plan.reasons)) for room in rooms]
     reasons = "".join(f"<li><b>{escape(title)}</b>: {escape(why)}.</li>" for title, why in said)
-    return table(columns, rows, "The plan followed, and how far the laws hold") + f"<ul>{reasons}</ul>"
+    return html_table(columns, rows, "The plan followed, and how far the laws hold") + f"<ul>{reasons}</ul>"
 
 
 def files_list(rooms: list) -> str:
-    """The scene files, to unfold; buttons to save them."""
+    """The scene files as foldable blocks, with buttons to save them."""
     parts = []
     for k, room in enumerate(rooms):
         for j, file in enumerate(room.files):

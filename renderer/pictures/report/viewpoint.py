@@ -1,4 +1,4 @@
-"""Where a report looks from: the scene's camera, or one of its own, no larger than a page can hold."""
+"""The views of a report: the scene's camera or one in a corner, in a size that a page can hold."""
 
 import numpy as np
 
@@ -8,18 +8,13 @@ from renderer.scene.meter_tables import CameraTable
 from renderer.scene.scene import Scene
 from renderer.transport.transport import Transport
 
-EYE_HEIGHT = 0.55
-"""Of a camera that the scene does not give, relative to the room's height."""
-INSET = 0.04
-"""How far it stands from the walls of the room's box, relative to its sides."""
-
 
 def looks(rooms: list[tuple[Scene, Transport]], pixels: int) -> tuple[list[View | None], list[str]]:
-    """What the camera of each room sees, rooms of one shape and camera sharing one View, and what was
-    done otherwise than asked, in sentences.
+    """The view of each room, None for a room without a place to look from, and sentences about changes.
 
-    pixels : of all different views together. None where there is no place to look from.
-    Raises InputError where a scene's own camera stands inside a solid.
+    pixels : limit of all different views together
+
+    Rooms of one shape and camera share one View. Raises InputError for a scene's camera inside a solid.
     """
     cameras = [scene.camera or _own_camera(scene, transport) for scene, transport in rooms]
     keys = [(id(transport), repr(camera)) for (_, transport), camera in zip(rooms, cameras, strict=True)]
@@ -45,7 +40,7 @@ def looks(rooms: list[tuple[Scene, Transport]], pixels: int) -> tuple[list[View 
 
 
 def _fitting(camera: CameraTable, pixels: float) -> CameraTable:
-    """The same with at most so many pixels."""
+    """The camera with at most `pixels` pixels, in proportion."""
     width, height = camera.resolution
     shrink = np.sqrt(pixels / (width * height))
     if shrink >= 1:
@@ -55,13 +50,16 @@ def _fitting(camera: CameraTable, pixels: float) -> CameraTable:
 
 
 def _own_camera(scene: Scene, transport: Transport) -> CameraTable | None:
-    """From a corner of the room to its middle; the first corner in which an eye may stand."""
+    """A camera from the first free corner of the room to its centre; None where no place is free.
+
+    It stands at 0.55 of the room's height, 4 % of each side from the walls.
+    """
     low, high = transport.mesh.bounds
     size = high - low
     middle = low + size * (0.5, 0.5, 0.42)
-    corners = [(x, y) for y in (INSET, 1 - INSET) for x in (INSET, 1 - INSET)]
-    for x, y in [*corners, (0.5, INSET), (0.5, 0.25), (0.25, 0.5), (0.5, 0.5)]:
-        camera = CameraTable(position=tuple(map(float, low + size * (x, y, EYE_HEIGHT))),
+    corners = [(x, y) for y in (0.04, 0.96) for x in (0.04, 0.96)]
+    for x, y in [*corners, (0.5, 0.04), (0.5, 0.25), (0.25, 0.5), (0.5, 0.5)]:
+        camera = CameraTable(position=tuple(map(float, low + size * (x, y, 0.55))),
                              look_at=tuple(map(float, middle + size * (0.01, 0.01, 0.0))), fov=84)
         try:
             seen = look(transport, camera.model_copy(update={"resolution": (16, 12)}), str(scene.path))

@@ -1,4 +1,4 @@
-"""What a click reads: the ordinary photometer, at the place that the eye sees."""
+"""The reading of a click: a photometer at the place under the pointer."""
 
 from dataclasses import dataclass
 
@@ -12,11 +12,14 @@ from renderer.solving.solution import Solution
 
 
 @dataclass(frozen=True)
-class Place:
+class ClickedPlace:
     """A place that was clicked on.
 
-    position : (3,) [m]; normal : (3,) unit; surface : its name
-    lamp : the luminaire whose face it is on, else None; eye : (3,) [m] where it was seen from
+    position : (3,) [m]
+    normal : (3,) unit vector
+    surface : name of the surface
+    lamp : index of the luminaire whose face it is on; None for other surfaces
+    eye : (3,) [m]
     """
 
     patch: int
@@ -29,33 +32,33 @@ class Place:
 
 @dataclass(frozen=True)
 class Click:
-    """What was read there: illuminance, and the luminance that it makes of that surface [cd/m²]."""
+    """The reading at a place, and the luminance of the surface there [cd/m²]."""
 
-    place: Place
+    place: ClickedPlace
     reading: Reading
     luminance: float
 
 
-def place_at(solution: Solution, eye: np.ndarray, direction: np.ndarray) -> Place | None:
-    """What an eye (3,) [m] sees along a unit direction (3,); None where that is nothing."""
+def place_at(solution: Solution, eye: np.ndarray, direction: np.ndarray) -> ClickedPlace | None:
+    """The place that an eye (3,) [m] sees along a unit direction (3,); None for none."""
     transport = solution.transport
     met = first_front(transport, eye, direction)
     if met is None:
         return None
     patch, position = met
     surface = transport.mesh.surface[patch]
-    return Place(patch, position, transport.mesh.normal[patch], solution.scene.surface_names[surface],
+    return ClickedPlace(patch, position, transport.mesh.normal[patch], solution.scene.surface_names[surface],
                  lamp_of(transport, surface), eye)
 
 
-def read(solution: Solution, place: Place) -> Click:
-    """Put the photometer on a place. Raises InputError where it cannot stand there."""
+def read(solution: Solution, place: ClickedPlace) -> Click:
+    """The photometer's reading at a place. Raises InputError where no photometer can stand."""
     reading = solution.photometer(place.position, place.normal, place.surface)
     reflectance = solution.reflectance[solution.transport.mesh.surface[place.patch]]
     return Click(place, reading, float((reading.total * reflectance) @ reading.bands.luminous / np.pi))
 
 
-def said(solution: Solution, place: Place | None) -> tuple[Click | None, list[str]]:
+def reading_lines(solution: Solution, place: ClickedPlace | None) -> tuple[Click | None, list[str]]:
     """A reading at a place, and the lines that show it; of a luminaire its luminance toward the eye."""
     if place is None:
         return None, ["There is no surface: nothing is read."]
@@ -77,10 +80,10 @@ def said(solution: Solution, place: Place | None) -> tuple[Click | None, list[st
 
 
 def band_title(solution: Solution) -> str:
-    """How its bands are called on the screen."""
+    """Name of the solution's bands on the screen."""
     return BAND_TITLES.get(solution.bands.name, f"{solution.bands.name} bands")
 
 
 def numbers(xyz) -> str:
-    """Three numbers to read, as they are given to --at and --normal."""
+    """Three numbers as text, in the form of the options --at and --normal."""
     return ",".join(f"{x:.6g}" for x in np.where(np.abs(xyz) < 1e-12, 0.0, xyz))

@@ -1,4 +1,4 @@
-"""What stands before a room in its window: lines of text in two corners, and the legend in a third."""
+"""The overlay of the window: lines of text in two corners and the legend in a third."""
 
 import textwrap
 
@@ -7,14 +7,12 @@ import numpy as np
 from renderer.pictures.pseudocolour import COLOUR_MAP, LEGEND_WIDTH, legend
 from renderer.pictures.sheet import plain
 
-MARGIN, FONT, LINE = 10, 15, 96
-"""Distance from the window's edge and height of letters [pixels]; letters in a line."""
-KEYS_HEIGHT, LEGEND_HEIGHTS = 150, (180, 420)
-"""What the legend leaves free above itself, and its own least and greatest height [pixels]."""
+EDGE_DISTANCE = 10
+"""Distance of text and legend from the window's edge [pixels]."""
 
 
 class Overlay:
-    """Text in the upper and the lower left corner, the legend in the lower right one."""
+    """Text in the upper and the lower left corner, the legend in the lower right corner."""
 
     def __init__(self, plotter):
         self.upper = _text(plotter, 1.0)
@@ -27,12 +25,12 @@ class Overlay:
         _write(self.upper, lines)
 
     def write_lower(self, lines: list[str]) -> None:
-        """Show lines in the lower left corner; none hides the box."""
+        """Show lines in the lower left corner; hide the box for none."""
         _write(self.lower, lines)
 
     def show_legend(self, top: float | None, unit: str, palette: str = COLOUR_MAP) -> None:
-        """Show a scale from 0 to `top`, or none."""
-        height = int(np.clip(self.plotter.window_size[1] - KEYS_HEIGHT, *LEGEND_HEIGHTS))
+        """Show a scale from 0 to `top`; None hides it."""
+        height = int(np.clip(self.plotter.window_size[1] - 150, 180, 420))  # the upper text stays free
         if (top, unit, height) == self.scale:
             return
         self.scale = top, unit, height
@@ -44,7 +42,7 @@ class Overlay:
             self.plotter.add_actor(self.legend, render=False, reset_camera=False)
 
     def come_forward(self) -> None:
-        """Be drawn last, before names in the room that came later."""
+        """Draw the overlay last, over names in the room."""
         for actor in (self.legend, self.upper, self.lower):
             if actor is not None:
                 self.plotter.renderer.RemoveViewProp(actor)
@@ -52,28 +50,28 @@ class Overlay:
 
 
 def _text(plotter, height: float):
-    """An empty box of text at the left edge, at a share of the window's height."""
+    """An empty box of text at the left edge, at a height relative to the window's."""
     import pyvista
 
     text = pyvista.Text("")
     prop = text.prop
     prop.font_family, prop.color, prop.background_color = "courier", "white", "black"
-    prop.font_size, prop.background_opacity = FONT, 0.62
+    prop.font_size, prop.background_opacity = 15, 0.62
     prop.justification_horizontal, prop.justification_vertical = "left", "top" if height else "bottom"
-    _anchor(text, 0.0, height, MARGIN, -MARGIN if height else MARGIN)
+    _anchor(text, 0.0, height, EDGE_DISTANCE, -EDGE_DISTANCE if height else EDGE_DISTANCE)
     plotter.add_actor(text, render=False, reset_camera=False)
     return text
 
 
 def _write(text, lines: list[str]) -> None:
     broken = [part for line in lines for part in textwrap.wrap(
-        plain(line), LINE, subsequent_indent="  ", drop_whitespace=False) or [""]]
+        plain(line), 96, subsequent_indent="  ", drop_whitespace=False) or [""]]
     text.input = "\n".join(f" {line} " for line in broken)
     text.SetVisibility(bool(broken))
 
 
 def _picture(pixels: np.ndarray):
-    """An actor that shows a picture (height, width, 3) in the lower right corner."""
+    """An actor with a picture (height, width, 3) in the lower right corner."""
     import pyvista
     from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
 
@@ -86,12 +84,13 @@ def _picture(pixels: np.ndarray):
     mapper.SetColorLevel(127.5)
     actor = vtkActor2D()
     actor.SetMapper(mapper)
-    _anchor(actor, 1.0, 0.0, -LEGEND_WIDTH - MARGIN, MARGIN)
+    _anchor(actor, 1.0, 0.0, -LEGEND_WIDTH - EDGE_DISTANCE, EDGE_DISTANCE)
     return actor
 
 
 def _anchor(actor, x: float, y: float, right: float, up: float) -> None:
-    """Place an actor so many pixels from a point of the window (shares), whatever size that gets."""
+    """Place an actor `right` and `up` pixels from the point (x, y) of the window, given as shares of its
+    size."""
     from vtkmodules.vtkRenderingCore import vtkCoordinate
 
     corner = vtkCoordinate()

@@ -1,4 +1,4 @@
-"""The light on a room's vertices, and which place a line of sight meets first."""
+"""The light on a room's vertices, and the first surface on a line of sight."""
 
 from dataclasses import dataclass
 
@@ -8,21 +8,22 @@ from renderer.solving.solution import Solution
 from renderer.transport.sensors import Sensor, direct_on, sense
 from renderer.transport.transport import Transport
 
-INSET = 1e-3
-"""How far inside a patch its corner is lit, relative to the patch: an edge has no one answer."""
-EDGE = 1e-9
-"""How far beside a patch a line of sight may pass and still meet it, relative to the patch."""
+CORNER_INSET = 1e-3
+"""Distance inside a patch, relative to the patch, at which its corner is lit: an edge has no unique
+illuminance."""
 
 
 @dataclass(frozen=True)
 class Skin:
-    """What is seen of a room: its exposed patches as triangles, about their middles where they have four
-    sides, and the light at each corner of these, for any material and any band.
+    """The visible surfaces of a room as triangles, with a sensor at each of their corners.
 
-    points : (n, 3), the room's longest side being 1 and its middle 0: a room of 1 mm is one of 10 km
+    A patch with four sides is four triangles about its centre.
+
+    points : (n, 3) in units of the room's longest side, from its centre, so that rooms of any size are drawn
+        alike
     triangles : (m, 3) points of each, counter-clockwise seen from the front
-    patch : (n,) which patch each point is lit on
-    sensor : one row a point, on radiosity
+    patch : (n,) patch of each point
+    sensor : one row a point, on radiosity, valid for all materials and bands
     """
 
     points: np.ndarray
@@ -32,7 +33,8 @@ class Skin:
 
 
 def skin(transport: Transport) -> Skin:
-    """The skin of a room. A luminaire's face has corners of its own: mounted, it shares the ceiling's."""
+    """The skin of a room. A luminaire's face has points of its own, since it shares corners with its
+    surface."""
     mesh = transport.mesh
     exposed = transport.exchange.areas > 0
     surfaces = np.flatnonzero(exposed & transport.reflecting)
@@ -51,7 +53,7 @@ def skin(transport: Transport) -> Skin:
     patch, corner = _patches_at(transport, used)
     st = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])[corner]
     st[mesh.triangular[patch] & (corner == 2)] = (0.0, 1.0)
-    st += INSET * (mesh.middle_st[patch] - st)
+    st += CORNER_INSET * (mesh.middle_st[patch] - st)
     patch = np.concatenate([patch, quads, np.repeat(faces, 4)])
     s, t = np.vstack([st, mesh.middle_st[quads], mesh.middle_st[np.repeat(faces, 4)]]).T
     n = len(patch)
@@ -62,23 +64,25 @@ def skin(transport: Transport) -> Skin:
 
 
 def _patches_at(transport: Transport, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of the patches around each vertex the one that is least covered, and which corner of it that is."""
+    """The least covered of the patches around each vertex, and the number of its corner there."""
     mesh = transport.mesh
     share = np.where(transport.reflecting, transport.exchange.areas / mesh.area, 0.0)
-    order = np.argsort(share, kind="stable")  # what is written last stays
+    order = np.argsort(share, kind="stable")  # later writes replace earlier ones
     patch = np.zeros(len(mesh.vertices), dtype=int)
     patch[mesh.patches[order].ravel()] = np.repeat(order, 4)
     return patch[vertices], (mesh.patches[patch[vertices]] == vertices[:, None]).argmax(axis=1)
 
 
 def lamp_of(transport: Transport, surface: int) -> int | None:
-    """The luminaire whose face a surface of the mesh is, or None."""
+    """Index of the luminaire whose face a surface of the mesh is; None for other surfaces."""
     return dict(transport.faces).get(surface)
 
 
 def light_on(solution: Solution, skin: Skin) -> tuple[np.ndarray, np.ndarray]:
-    """Light toward the eye, X, Y, Z (n, 3) [cd/m²], and illuminance (n,) [lx], at each point of a skin; of a
-    luminaire the light along its face's normal, and no illuminance (NaN)."""
+    """X, Y, Z (n, 3) [cd/m²] of the light toward the eye, and illuminance (n,) [lx], at the points of a skin.
+
+    A luminaire has the light along its face's normal, and NaN for illuminance.
+    """
     bands, transport, sensor = solution.bands, solution.transport, skin.sensor
     once = (solution.reflectance[:, None, :] * solution.flux[None]) @ bands.xyz
     xyz = sensor.direct @ once.reshape(-1, 3) + sensor.indirect @ (solution.vertex_radiosity @ bands.xyz)
@@ -96,8 +100,10 @@ def light_on(solution: Solution, skin: Skin) -> tuple[np.ndarray, np.ndarray]:
 
 
 def first_front(transport: Transport, eye: np.ndarray, direction: np.ndarray) -> tuple | None:
-    """The patch that an eye (3,) [m] sees first along a unit direction (3,), backs being seen through as in
-    the window, and where (3,) [m]; None where it sees nothing."""
+    """The first patch that faces an eye (3,) [m] along a unit direction (3,), and the place (3,) [m] on it.
+
+    Backs of patches are transparent, as in the window. None where no patch is met.
+    """
     mesh = transport.mesh
     slope = mesh.normal @ direction
     height = np.einsum("ki,ki->k", mesh.corners[:, 0] - eye, mesh.normal)
@@ -105,7 +111,8 @@ def first_front(transport: Transport, eye: np.ndarray, direction: np.ndarray) ->
     reach = height[patch] / slope[patch]
     s, t = mesh.inside(patch, eye + reach[:, None] * direction)
     far = np.where(mesh.triangular[patch], s + t, np.maximum(s, t))
-    on = (s >= -EDGE) & (t >= -EDGE) & (far <= 1 + EDGE)
+    beside = 1e-9  # relative to the patch, so that no line passes between two patches
+    on = (s >= -beside) & (t >= -beside) & (far <= 1 + beside)
     if not on.any():
         return None
     k = np.flatnonzero(on)[reach[on].argmin()]

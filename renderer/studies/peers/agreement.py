@@ -1,4 +1,4 @@
-"""The same rooms in this program and its peers, readings side by side with everyone's error bars."""
+"""Readings of the same rooms in this program and in other programs, with the error bars of both."""
 
 import json
 from collections.abc import Callable
@@ -18,21 +18,16 @@ from renderer.studies.peers.export import CannotRun, Value
 from renderer.system.files import whole_file
 
 REFLECTANCES = (0.05, 0.2, 0.5, 0.8, 0.9)
-"""What box.toml is painted with, every surface alike."""
+"""Reflectances of all surfaces of box.toml, one room each."""
 ACCURACY = 0.005
-"""What our own readings are asked for."""
-TOLERANCE = 0.005
-"""A difference up to this, relative to the peer's reading, is agreement whatever the error bars."""
-BEYOND_CHANCE = 1.7
-"""Combined 95 % bars that a difference must pass to count against us: of 52 comparisons chance then
-takes one too far in one run out of twenty (3.3 instead of 1.96 standard errors, Bonferroni)."""
+"""Accuracy of this program's readings."""
 PEERS: dict[str, Callable[[list[Scene], Progress], list[list[Value]]]] = {
     mitsuba3.NAME: mitsuba3.readings_in_mitsuba, radiance.NAME: radiance.readings_in_radiance}
 
 
 @dataclass(frozen=True)
-class Row:
-    """One reading: ours, and each peer's by its name."""
+class ComparedReading:
+    """One reading in this program, and in each peer by its name."""
 
     room: str
     meter: str
@@ -40,23 +35,27 @@ class Row:
     peers: dict[str, Value]
 
     def difference(self, peer: str) -> float:
-        """How far ours is above a peer's, relative to the peer's [1]; where that is dark, in lx."""
+        """Difference of ours from a peer's reading, relative to the peer's [1]; in lx where that is 0."""
         return (self.ours.lx - self.peers[peer].lx) / (self.peers[peer].lx or 1.0)
 
     def agrees(self, peer: str) -> bool:
-        """Whether ours and a peer's differ by at most 0.5 % or the peer's own error bar."""
+        """Whether ours and a peer's reading differ by at most 0.5 % or the peer's error bar."""
         other = self.peers[peer]
-        return abs(self.ours.lx - other.lx) <= max(TOLERANCE * other.lx, other.half_width)
+        return abs(self.ours.lx - other.lx) <= max(0.005 * other.lx, other.half_width)
 
     def within_bars(self, peer: str) -> bool:
-        """Whether both error bars together, and chance, account for the difference."""
+        """Whether both error bars together, and chance, account for the difference.
+
+        The limit is 1.7 combined 95 % bars (3.3 standard errors instead of 1.96, Bonferroni): of 52
+        comparisons chance then takes one beyond it in one run of twenty.
+        """
         other = self.peers[peer]
         both = hypot(self.ours.half_width, other.half_width)
-        return abs(self.ours.lx - other.lx) <= BEYOND_CHANCE * both
+        return abs(self.ours.lx - other.lx) <= 1.7 * both
 
     @property
     def verdict(self) -> str:
-        """`agree`; `within both bars`, further apart but accounted for; or who differs."""
+        """`agree`, `within both bars`, or the peers that differ."""
         apart = [peer for peer in self.peers if not self.agrees(peer)]
         against = [peer for peer in apart if not self.within_bars(peer)]
         if against:
@@ -68,17 +67,17 @@ class Row:
 class Agreement:
     """All readings, and a sentence for each peer that could not run."""
 
-    rows: list[Row]
+    rows: list[ComparedReading]
     skipped: list[str]
 
     @property
-    def failed(self) -> list[Row]:
+    def failed(self) -> list[ComparedReading]:
         """The readings that differ from a peer's by more than 0.5 %, the error bars and chance."""
         return [row for row in self.rows if row.verdict.startswith("not")]
 
 
 def rooms() -> list[Scene]:
-    """The rooms that are compared: a box of five reflectances, a partition, an L, an uplight."""
+    """The compared rooms: a box with five reflectances, a partition, an L, an uplight."""
     folder = Path(__file__).parent / "rooms"
     box = load(folder / "box.toml")
     paints = [Material("paint", flat=rho) for rho in REFLECTANCES]
@@ -88,7 +87,7 @@ def rooms() -> list[Scene]:
 
 
 def compare_with_peers(scenes: list[Scene], progress: Progress) -> Agreement:
-    """Read every photometer of every scene here, in RGB, and in each peer that can run."""
+    """Read all photometers of all scenes in RGB, here and in each peer that can run."""
     shared = TransportStore()
     ours = [solve(scene, "rgb", ACCURACY, store=shared, progress=progress).photometers()
             for scene in scenes]
@@ -98,7 +97,7 @@ def compare_with_peers(scenes: list[Scene], progress: Progress) -> Agreement:
             theirs[name] = readings(scenes, progress)
         except CannotRun as sentence:
             skipped.append(str(sentence))
-    rows = [Row(scene.title, reading.name, Value(reading.total_lx, reading.uncertainty),
+    rows = [ComparedReading(scene.title, reading.name, Value(reading.total_lx, reading.uncertainty),
                 {name: values[k][m] for name, values in theirs.items()})
             for k, scene in enumerate(scenes) for m, reading in enumerate(ours[k])]
     return Agreement(rows, skipped)
@@ -110,8 +109,8 @@ def columns(agreement: Agreement) -> list[str]:
     return ["room", "meter", "renderer lx", *peers, "verdict"]
 
 
-def cells(agreement: Agreement) -> list[list[str]]:
-    """The table as text, one list a reading."""
+def table_cells(agreement: Agreement) -> list[list[str]]:
+    """The cells of the table as text, one list a reading."""
     table = []
     for row in agreement.rows:
         peers = [text for name in _ran(agreement)
@@ -120,15 +119,15 @@ def cells(agreement: Agreement) -> list[list[str]]:
     return table
 
 
-def markdown(agreement: Agreement) -> str:
-    """The table for docs/verification.md, with the sentences on what did not run."""
-    lines = [columns(agreement), ["---"] * len(columns(agreement)), *cells(agreement)]
+def peers_markdown(agreement: Agreement) -> str:
+    """The table for docs/verification.md, with sentences about peers that did not run."""
+    lines = [columns(agreement), ["---"] * len(columns(agreement)), *table_cells(agreement)]
     table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     return "\n\n".join([table, *agreement.skipped]) + "\n"
 
 
 def record(agreement: Agreement) -> dict:
-    """The whole comparison as the object that a JSON file holds."""
+    """The comparison as an object for JSON."""
     rows = [{"room": row.room, "meter": row.meter, "renderer": row.ours._asdict(), "verdict": row.verdict,
              "peers": {name: {**peer._asdict(), "difference": row.difference(name)}
                        for name, peer in row.peers.items()}} for row in agreement.rows]
@@ -136,13 +135,13 @@ def record(agreement: Agreement) -> dict:
     return {"rows": rows, "skipped": agreement.skipped, "versions": versions}
 
 
-def save(agreement: Agreement, out: Path) -> list[Path]:
-    """peers.json, and peers.md with the table that docs show."""
+def save_agreement(agreement: Agreement, out: Path) -> list[Path]:
+    """Write peers.json, and peers.md with the table of docs/verification.md."""
     files = [out / "peers.json", out / "peers.md"]
     with whole_file(files[0]) as part:
         part.write_text(json.dumps(record(agreement), indent=1, allow_nan=False))
     with whole_file(files[1]) as part:
-        part.write_text(markdown(agreement))
+        part.write_text(peers_markdown(agreement))
     return files
 
 
@@ -151,7 +150,7 @@ def _ran(agreement: Agreement) -> list[str]:
 
 
 def _bar(read: Value) -> str:
-    """142.43 ± 0.21: the half-width to two digits, and the reading to the same place."""
+    """A reading with its bar as text, as 142.43 ± 0.21: the half-width to two digits."""
     digits = 4 if read.half_width <= 0 else min(max(1 - floor(log10(read.half_width)), 0), 4)
     return f"{read.lx:.{digits}f} ± {read.half_width:.{digits}f}"
 

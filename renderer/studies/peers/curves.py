@@ -1,4 +1,4 @@
-"""Time against error of the peers, all meters of a room in one run: what their best users would do."""
+"""Error of the peers over time, with all meters of a room in one run, the way of an experienced user."""
 
 import os
 import tempfile
@@ -17,21 +17,25 @@ from renderer.scene.scene import Scene
 from renderer.studies.peers import mitsuba3, radiance
 from renderer.studies.peers.export import CannotRun, Handover, hand_over
 
-MAX_SECONDS = 12.0
-"""Seconds after which a peer begins no finer run."""
+PEER_LIMIT = 12.0
+"""Time [s] after which a peer starts no finer run."""
 PATHS_OF_PASSES = (4, 4, 8, 16, 32, 64, 128, 256)
-"""Paths a pixel of Mitsuba's passes; past the last, as many each time."""
+"""Paths a pixel of Mitsuba's passes; further passes have as many as the last."""
 RAYS_OF_RUNS = (1, 4, 16, 64, 256, 1024)
 """Rays a meter of Radiance's runs, each of 1,024 ambient rays."""
 
 ErrorOf = Callable[[np.ndarray], float]
-"""The largest error [1] of what all meters read (n_meters,) [lx]."""
+"""The largest relative error of the meters' readings (n_meters,) [lx]."""
 
 
 @dataclass(frozen=True)
 class PeerCurve:
-    """Of one program: seconds from a loaded scene to every reading and the largest error [1], from the
-    fewest paths on; version : of its package."""
+    """The curve of one program.
+
+    version : of its package
+    points : time [s] from the loaded scene to all readings, and largest relative error, from the fewest paths
+        on
+    """
 
     name: str
     version: str
@@ -39,7 +43,8 @@ class PeerCurve:
 
 
 def mitsuba_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
-    """Mitsuba 3, every meter as pixels of one batch sensor, in a running process. Raises CannotRun."""
+    """The curve of Mitsuba 3, with all meters as pixels of one batch sensor, in a running process. Raises
+    CannotRun."""
     room = hand_over(scene)
     variant, found = mitsuba3.in_mitsuba(partial(_traced, room))
     points = tuple((seconds, error_of(values)) for seconds, values in found)
@@ -48,11 +53,12 @@ def mitsuba_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
 
 def _traced(room: Handover, process: ProcessPoolExecutor) -> list[tuple[float, np.ndarray]]:
     process.submit(mitsuba3.read_growing, room, 1, PATHS_OF_PASSES[:1], 0.0).result()  # compiles
-    return process.submit(mitsuba3.read_growing, room, 2, PATHS_OF_PASSES, MAX_SECONDS).result()
+    return process.submit(mitsuba3.read_growing, room, 2, PATHS_OF_PASSES, PEER_LIMIT).result()
 
 
 def radiance_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
-    """Radiance's rtrace without an ambient cache, a process on each core. Raises CannotRun."""
+    """The curve of Radiance's rtrace without an ambient cache, in a process on each core. Raises
+    CannotRun."""
     room = hand_over(scene)
     points: list[tuple[float, float]] = []
     with radiance.running(), tempfile.TemporaryDirectory() as folder:
@@ -65,7 +71,7 @@ def radiance_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
                     octree, [room.meters[k] for k in some], room.luminous, rays), shares)
                 values = np.concatenate(list(read))
                 points.append((time.perf_counter() - started, error_of(values)))
-                if 4 * points[-1][0] > MAX_SECONDS:
+                if 4 * points[-1][0] > PEER_LIMIT:
                     break
     return PeerCurve(radiance.NAME, version("pyradiance"), tuple(points))
 
@@ -79,4 +85,4 @@ def _needs(name: str, package: str) -> None:
 
 PEER_CURVES = {mitsuba3.NAME: (partial(_needs, mitsuba3.NAME, "mitsuba"), mitsuba_curve),
          radiance.NAME: (partial(_needs, radiance.NAME, "pyradiance"), radiance_curve)}
-"""What raises CannotRun where a peer is not installed, and what measures it."""
+"""For each peer, a check that raises CannotRun where it is not installed, and its measurement."""

@@ -1,7 +1,7 @@
-"""What a peer program is given of a Scene: polygons, lamps and meters, in RGB.
+"""A Scene for other programs: polygons, lamps and meters, in RGB.
 
-The room is centred on the origin and made LONGEST units long, because both peers hold some of
-their tolerances in units of the scene; illuminance and luminance do not change with that.
+The room is centred on the origin and scaled to MAX_EDGE units, because both peers have some tolerances in
+units of the scene. Illuminance and luminance do not change with the scale.
 """
 
 from dataclasses import dataclass
@@ -18,18 +18,18 @@ from renderer.scene.scene import Scene
 MAX_EDGE = 1000.0
 """Length of the room's longest side in the peers' units."""
 LIFT = 1e-5
-"""How far lamps and meters stand off the surfaces they lie on, relative to the longest side: 40 µm
-in a room of 4 m, which moves a reading by 0.005 %."""
-TINY = 1e-3
-"""Size of what stands for a point, relative to the longest side."""
-PRECISION = 1e-3
-"""Half-width, relative to the reading, at which a peer may stop tracing."""
-SECONDS = 4.0
-"""Time [s] after which a peer stops tracing a reading in any case."""
+"""Distance of lamps and meters from their surfaces, relative to the longest side: 40 µm in a room of 4 m,
+which changes a reading by 0.005 %."""
+POINT_SIZE = 1e-3
+"""Size of a small polygon in place of a point, relative to the longest side."""
+PEER_PRECISION = 1e-3
+"""Half-width, relative to the reading, at which a peer stops."""
+PEER_SECONDS = 4.0
+"""Time [s] for a reading after which a peer stops."""
 
 
 class CannotRun(Exception):
-    """A peer program cannot run here; the message is the sentence that says so."""
+    """A peer program cannot run; the message is a sentence with the reason."""
 
 
 class Value(NamedTuple):
@@ -40,11 +40,12 @@ class Value(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Surface:
+class PeerSurface:
     """Flat polygons of one finish.
 
-    polygons : each (k, 3), counter-clockwise seen from the front; reflectance : (3,)
-    radiance : (3,) of the front [lm m⁻² sr⁻¹ in RGB], or None for what does not shine
+    polygons : (k, 3) each, counter-clockwise seen from the front
+    reflectance : (3,)
+    radiance : (3,) of the front [lm m⁻² sr⁻¹ in RGB]; None for surfaces that do not emit
     """
 
     polygons: list[np.ndarray]
@@ -54,15 +55,15 @@ class Surface:
 
 @dataclass(frozen=True)
 class Point:
-    """A lamp that shines alike in all directions: centre (3,), intensity (3,) [lm/sr, units²]."""
+    """An isotropic point: centre (3,), intensity (3,) [lm/sr, units²]."""
 
     center: np.ndarray
     intensity: np.ndarray
 
 
 @dataclass(frozen=True)
-class Meter:
-    """A place (3,) and the unit normal (3,) it faces along."""
+class PeerMeter:
+    """An illuminance meter: position (3,) and unit normal (3,)."""
 
     position: np.ndarray
     normal: np.ndarray
@@ -70,23 +71,23 @@ class Meter:
 
 @dataclass(frozen=True)
 class Handover:
-    """A whole room for a peer; luminous : lx per unit of each of the three bands (3,)."""
+    """A room for a peer; luminous : (3,) lx per unit of each band."""
 
-    surfaces: list[Surface]
+    surfaces: list[PeerSurface]
     points: list[Point]
-    meters: list[Meter]
+    meters: list[PeerMeter]
     luminous: np.ndarray
 
 
 def hand_over(scene: Scene) -> Handover:
-    """The room as a peer is given it: the faces that our mesh is made from, before it is made."""
+    """The room for a peer, from the same faces that this program meshes. Raises InputError."""
     bands = band_set("rgb")
     scale, middle = MAX_EDGE / scene.room.scale, scene.room.bounds.mean(axis=0)
 
     def units(points) -> np.ndarray:
         return (np.asarray(points, dtype=float) - middle) * scale
 
-    surfaces = [Surface(list(units(surface.parts.shell)), rho)
+    surfaces = [PeerSurface(list(units(surface.parts.shell)), rho)
                 for surface, rho in zip(scene.surfaces, scene.reflectance(bands), strict=True)
                 if surface.kind != "luminaire"]
     points = []
@@ -99,24 +100,26 @@ def hand_over(scene: Scene) -> Handover:
             continue
         outline = lum.corners
         if lum.is_point:
-            outline = _tiny_square(lum.center, lum.normal, TINY * scene.room.scale)
+            outline = _tiny_square(lum.center, lum.normal, POINT_SIZE * scene.room.scale)
         face = units(outline) + LIFT * MAX_EDGE * lum.normal
         radiance = flux * scale**2 / (np.pi * _area(face))
-        surfaces.append(Surface([face], np.zeros(3), radiance))
+        surfaces.append(PeerSurface([face], np.zeros(3), radiance))
     return Handover(surfaces, points, [_meter(p, scene.room, units) for p in scene.photometers],
                     bands.luminous)
 
 
-def _meter(photometer, room: Room, units) -> Meter:
+def _meter(photometer, room: Room, units) -> PeerMeter:
     normal = np.array(photometer.normal, dtype=float)
     normal /= np.linalg.norm(normal)
     off = LIFT * room.scale
     low, high = room.bounds
-    return Meter(units(np.clip(np.array(photometer.position) + off * normal, low + off, high - off)), normal)
+    return PeerMeter(
+        units(np.clip(np.array(photometer.position) + off * normal, low + off, high - off)), normal
+    )
 
 
 def across(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors u, v (3,) across a unit normal, with u × v along it."""
+    """Two unit vectors u, v (3,) at right angles to a unit normal, with u × v along it."""
     u = np.cross(np.eye(3)[np.abs(normal).argmin()], normal)
     u /= np.linalg.norm(u)
     return u, np.cross(normal, u)
@@ -132,8 +135,8 @@ def _area(polygon: np.ndarray) -> float:
     return float(np.linalg.norm(np.cross(edges[:-1], edges[1:]).sum(axis=0))) / 2
 
 
-def value(batches: np.ndarray) -> Value:
-    """Mean and 95 % half-width of independent estimates (k,) [lx], by Student's t."""
+def value_of(batches: np.ndarray) -> Value:
+    """Mean and 95 % half-width of independent estimates (k,) [lx] (Student's t)."""
     k = len(batches)
     half_width = student.ppf(0.975, k - 1) * np.std(batches, ddof=1) / np.sqrt(k)
     return Value(float(np.mean(batches)), float(half_width))

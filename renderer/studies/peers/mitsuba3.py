@@ -1,11 +1,11 @@
-"""The same room in Mitsuba 3: W. Jakob et al., Mitsuba 3 renderer, 2022, mitsuba-renderer.org.
+"""Readings of a room in Mitsuba 3 (W. Jakob et al., Mitsuba 3 renderer, 2022, mitsuba-renderer.org).
 
-An unbiased path tracer with next-event estimation and Russian roulette, no limit to the number of
-bounces. A meter is a tiny white Lambertian tile that a narrow camera looks at: its luminance is E/π,
-and its first bounce is sampled like every other. Each pixel is an independent estimate, its own
-paths stratified (correlated multi-jittered: 1.4 to 5 times narrower bars in the same time). It works
-in single precision and starts rays some 1e-4 of their distance from the room's middle off a surface,
-which moves a reading by about 0.01 % beyond its error bar.
+It is an unbiased path tracer with next-event estimation and Russian roulette, without a limit of bounces. A
+meter is a small white Lambertian tile under a narrow camera: its luminance is E/π, and its first bounce is
+sampled like every other. Each pixel is an independent estimate with stratified paths (correlated
+multi-jittered: 1.4 to 5 times narrower bars in the same time). Mitsuba works in single precision and starts
+rays some 1e-4 of their distance from the room's centre off a surface, which changes a reading by about 0.01
+%.
 """
 
 import multiprocessing
@@ -24,36 +24,36 @@ from renderer.scene.scene import Scene
 from renderer.solving.transport_store import Progress
 from renderer.studies.peers.export import (
     MAX_EDGE,
-    PRECISION,
-    SECONDS,
-    TINY,
+    PEER_PRECISION,
+    PEER_SECONDS,
+    POINT_SIZE,
     CannotRun,
     Handover,
-    Meter,
-    Surface,
+    PeerMeter,
+    PeerSurface,
     Value,
     across,
     hand_over,
-    value,
+    value_of,
 )
 
 NAME = "Mitsuba 3"
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
-"""Compiled for this processor, some ten times as fast, or plain C++, which needs no LLVM."""
+"""Compiled for this processor, about ten times as fast, or plain C++, which needs no LLVM."""
 SPECTRAL_VARIANTS = ("llvm_ad_spectral", "scalar_spectral")
-"""The same with four wavelengths a path; Handover.luminous is then (1,)."""
-PIXELS = 16
+"""The same with four wavelengths a path, for a Handover with luminous (1,)."""
+TILE_PIXELS = 16
 PATHS = 1024
-"""Paths a pixel in one pass."""
+"""Paths a pixel in one pass of one meter."""
 PATHS_OF_A_BATCH = 256
 """Paths a pixel in one pass of all meters."""
-PASSES = 100_000
-"""More passes than any reading takes."""
+SEEDS_PER_READING = 100_000
+"""Seeds reserved for each reading: more than its passes."""
 Result = TypeVar("Result")
 
 
 def readings_in_mitsuba(scenes: list[Scene], progress: Progress) -> list[list[Value]]:
-    """What every photometer of every scene reads in Mitsuba. Raises CannotRun."""
+    """Readings of all photometers of all scenes in Mitsuba. Raises CannotRun."""
 
     def read_all(process: ProcessPoolExecutor) -> list[list[Value]]:
         streams = count()
@@ -64,9 +64,9 @@ def readings_in_mitsuba(scenes: list[Scene], progress: Progress) -> list[list[Va
 
 def in_mitsuba(work: Callable[[ProcessPoolExecutor], Result],
                variants: tuple[str, ...] = VARIANTS) -> tuple[str, Result]:
-    """The first variant that runs, and what work returns of a process with it. Raises CannotRun.
+    """The first variant that runs, and the result of `work` on a process with it. Raises CannotRun.
 
-    It is a process of its own: with an unfit LLVM library Mitsuba does not fail but aborts.
+    The process is separate because Mitsuba aborts with an unsuitable LLVM library.
     """
     if find_spec("mitsuba") is None:
         raise CannotRun(f"{NAME} is skipped: the package mitsuba is not installed; "
@@ -95,12 +95,12 @@ def _readings(process: ProcessPoolExecutor, scene: Scene, streams: Iterator[int]
 
 
 def _silence() -> None:
-    """What the other process writes to stderr is not for the user."""
+    """Discard the process's messages on stderr."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
 def _start(variant: str) -> None:
-    """Choose a variant and see that it can trace; where LLVM is unfit this ends the process."""
+    """Choose a variant and trace with it once; with an unsuitable LLVM library this ends the process."""
     import mitsuba as mi
 
     mi.set_variant(variant)
@@ -109,12 +109,13 @@ def _start(variant: str) -> None:
         raise RuntimeError("it renders no finite picture")
 
 
-def read(room: Handover, meter: Meter, stream: int, precision: float = PRECISION,
-         seconds: float = SECONDS) -> Value:
+def read(room: Handover, meter: PeerMeter, stream: int, precision: float = PEER_PRECISION,
+         seconds: float = PEER_SECONDS) -> Value:
     """Trace passes until the reading is precise enough or the time is over.
 
-    stream : a number for each reading, so that none shares another's random numbers;
-    precision : half-width, relative to the reading; seconds : [s]
+    stream : number of the reading, for random numbers of its own
+    precision : half-width, relative to the reading
+    seconds : limit of time [s]
     """
     import mitsuba as mi
 
@@ -124,25 +125,26 @@ def read(room: Handover, meter: Meter, stream: int, precision: float = PRECISION
     started = time.perf_counter()
     while True:
         pixels = np.array(mi.render(scene, sensor=camera, integrator=integrator, spp=PATHS,
-                                    seed=stream * PASSES + len(batches)), dtype=float)
+                                    seed=stream * SEEDS_PER_READING + len(batches)), dtype=float)
         batches.append(np.pi * pixels.reshape(-1, len(room.luminous)) @ room.luminous)
-        got = value(np.concatenate(batches))
+        got = value_of(np.concatenate(batches))
         if got.half_width <= precision * got.lx or time.perf_counter() - started > seconds:
             return got
 
 
 def read_all(room: Handover, stream: int, aim: list[float], seconds: float) -> list[Value]:
-    """All meters of a room at once, as pixels of one batch sensor: passes until each is known, or time is
-    over.
+    """Read all meters of a room at once, as pixels of one batch sensor, until all are precise enough or the
+    time is over.
 
-    stream : a number for each room, so that none shares another's random numbers; aim : half-width of each
-    meter [lx] that will do; seconds : [s]
+    stream : number of the room, for random numbers of its own
+    aim : sufficient half-width of each meter [lx]
+    seconds : limit of time [s]
     """
     batches: list[np.ndarray] = []
     started = time.perf_counter()
     for lx in _batch_passes(room, stream, repeat(PATHS_OF_A_BATCH)):
         batches.append(lx)
-        got = [value(each) for each in np.concatenate(batches, axis=1)]
+        got = [value_of(each) for each in np.concatenate(batches, axis=1)]
         if time.perf_counter() - started > seconds or all(
                 each.half_width <= most for each, most in zip(got, aim, strict=True)):
             return got
@@ -178,24 +180,24 @@ def _batch_passes(room: Handover, stream: int, paths: Iterable[int]) -> Iterator
     for k, each in enumerate(paths):
         if each not in sensors:
             sensors[each] = mi.load_dict({"type": "batch", **cameras,
-                                          "film": {**_film(), "width": PIXELS * count},
+                                          "film": {**_film(), "width": TILE_PIXELS * count},
                                           "sampler": {"type": "multijitter", "sample_count": each}})
         pixels = np.array(mi.render(scene, sensor=sensors[each], integrator=integrator, spp=each,
-                                    seed=stream * PASSES + k), dtype=float)
-        shape = PIXELS, PIXELS * count, len(room.luminous)
+                                    seed=stream * SEEDS_PER_READING + k), dtype=float)
+        shape = TILE_PIXELS, TILE_PIXELS * count, len(room.luminous)
         lx = np.pi * pixels.reshape(shape) @ room.luminous
-        yield lx.reshape(PIXELS, count, PIXELS).transpose(1, 0, 2).reshape(count, -1)
+        yield lx.reshape(TILE_PIXELS, count, TILE_PIXELS).transpose(1, 0, 2).reshape(count, -1)
 
 
-def scene_dict(room: Handover, *meters: Meter) -> dict:
-    """The room as Mitsuba's dictionary, with a white tile where each meter is."""
+def scene_dict(room: Handover, *meters: PeerMeter) -> dict:
+    """The room as a dictionary of Mitsuba, with a white tile at each meter."""
     import mitsuba as mi
 
     surfaces = list(room.surfaces)
     for meter in meters:
-        u, v = (TINY / 4 * MAX_EDGE * x for x in across(meter.normal))
+        u, v = (POINT_SIZE / 4 * MAX_EDGE * x for x in across(meter.normal))
         white = np.ones(len(room.surfaces[0].reflectance))
-        surfaces.append(Surface([meter.position + np.array([-u - v, u - v, u + v, v - u])], white))
+        surfaces.append(PeerSurface([meter.position + np.array([-u - v, u - v, u + v, v - u])], white))
     parts = {f"surface{k}": _mesh(s, f"surface{k}") for k, s in enumerate(surfaces)}
     for k, point in enumerate(room.points):
         parts[f"point{k}"] = {"type": "point", "position": point.center.tolist(),
@@ -204,16 +206,16 @@ def scene_dict(room: Handover, *meters: Meter) -> dict:
                                 for key, p in parts.items()}}
 
 
-def _camera(meter: Meter) -> dict:
-    """Looks straight at the middle of the tile from as near as Mitsuba traces well."""
+def _camera(meter: PeerMeter) -> dict:
+    """A camera on the centre of the tile, as near as Mitsuba traces well."""
     import mitsuba as mi
 
-    away = TINY * MAX_EDGE
+    away = POINT_SIZE * MAX_EDGE
     look = mi.ScalarTransform4f().look_at(origin=(meter.position + away * meter.normal).tolist(),
                                           target=meter.position.tolist(),
                                           up=across(meter.normal)[0].tolist())
     return {"type": "orthographic", "near_clip": away / 10, "far_clip": 2 * away,
-            "to_world": look.scale([TINY / 100 * MAX_EDGE, TINY / 100 * MAX_EDGE, 1.0]),
+            "to_world": look.scale([POINT_SIZE / 100 * MAX_EDGE, POINT_SIZE / 100 * MAX_EDGE, 1.0]),
             "film": _film(), "sampler": {"type": "multijitter", "sample_count": PATHS}}
 
 
@@ -221,12 +223,12 @@ def _film() -> dict:
     import mitsuba as mi
 
     kind = "luminance" if mi.variant() in SPECTRAL_VARIANTS else "rgb"
-    return {"type": "hdrfilm", "width": PIXELS, "height": PIXELS, "pixel_format": kind,
+    return {"type": "hdrfilm", "width": TILE_PIXELS, "height": TILE_PIXELS, "pixel_format": kind,
             "rfilter": {"type": "box"}}
 
 
-def _mesh(surface: Surface, name: str):
-    """Triangles with one finish; lamps are black and shine from their front."""
+def _mesh(surface: PeerSurface, name: str):
+    """A mesh with one finish; lamps are black and emit from their front."""
     import mitsuba as mi
 
     corners, triangles = [], []

@@ -1,10 +1,10 @@
-"""The same room in Radiance: G. J. Ward, SIGGRAPH '94, doi:10.1145/192161.192286.
+"""Readings of a room in Radiance (G. J. Ward, SIGGRAPH '94, doi:10.1145/192161.192286).
 
-`rtrace -I` as an unbiased path tracer: no ambient cache (-aa 0, -as 0), 1,024 stratified ambient rays
-from the meter (-ad), jittered rays to parts of each lamp (-dj 1 -ds 0.03), all of them tested
-(-dc 1 -dt 0), uncorrelated random numbers (-u+), Russian roulette (-lr below 0). It is cut off after
-BOUNCES bounces, which leaves out ρ^BOUNCES of the light: 7e-10 at ρ = 0.9. Every ray that asks for
-an irradiance is an independent estimate. One and 1,024 ambient rays agree; 1,024 need least time.
+`rtrace -I` runs as an unbiased path tracer: no ambient cache (-aa 0, -as 0), 1,024 stratified ambient rays
+from the meter (-ad), jittered rays to parts of each lamp (-dj 1 -ds 0.03), all of them tested (-dc 1 -dt 0),
+uncorrelated random numbers (-u+), Russian roulette (-lr below 0). The limit of 200 bounces leaves out ρ²⁰⁰ of
+the light, 7e-10 at ρ = 0.9. Each ray for an irradiance is an independent estimate. One and 1,024 ambient rays
+agree; 1,024 need least time.
 """
 
 import os
@@ -23,27 +23,22 @@ from renderer.scene.scene import Scene
 from renderer.solving.transport_store import Progress
 from renderer.studies.peers.export import (
     MAX_EDGE,
-    PRECISION,
-    SECONDS,
-    TINY,
+    PEER_PRECISION,
+    PEER_SECONDS,
+    POINT_SIZE,
     CannotRun,
     Handover,
-    Meter,
+    PeerMeter,
     Value,
     hand_over,
-    value,
+    value_of,
 )
 
 NAME = "Radiance"
-BOUNCES = 200
-PARAMETERS = (f"-ab {BOUNCES} -aa 0 -ad 1024 -as 0 -dj 1 -ds 0.03 -dc 1 -dt 0 -dr 0 -lr -{BOUNCES} -lw 1e-3"
-              .split())
-PILOT = 128
-"""Rays that tell how many are needed."""
 
 
 def readings_in_radiance(scenes: list[Scene], progress: Progress) -> list[list[Value]]:
-    """What every photometer of every scene reads in Radiance. Raises CannotRun."""
+    """Readings of all photometers of all scenes in Radiance. Raises CannotRun."""
     if find_spec("pyradiance") is None:
         raise CannotRun(f"{NAME} is skipped: the package pyradiance is not installed; "
                         "pip install 'spectral-radiosity[peers]' brings it.")
@@ -70,7 +65,7 @@ def _readings(scene: Scene, progress: Progress) -> list[Value]:
 
 
 def write_octree(room: Handover, folder: Path) -> Path:
-    """The room as the file that rtrace works on."""
+    """Write the room as an octree for rtrace."""
     import pyradiance
 
     text, octree = folder / "room.rad", folder / "room.oct"
@@ -79,44 +74,70 @@ def write_octree(room: Handover, folder: Path) -> Path:
     return octree
 
 
-def read(octree: Path, meter: Meter, luminous: np.ndarray, precision: float = PRECISION,
-         seconds: float = SECONDS) -> Value:
-    """A few rays tell their cost and spread, then as many as precision and time ask for.
+def read(octree: Path, meter: PeerMeter, luminous: np.ndarray, precision: float = PEER_PRECISION,
+         seconds: float = PEER_SECONDS) -> Value:
+    """Read a meter with as many rays as precision and time allow, by the cost and spread of 128 first rays.
 
-    precision : half-width, relative to the reading; seconds : [s]
+    precision : half-width, relative to the reading
+    seconds : limit of time [s]
 
-    All in one run, for rtrace takes its random numbers from the second it is started in, and two
-    runs within one second are the same.
+    All rays are traced in one run: rtrace takes its random numbers from the second of its start, so two runs
+    within one second are equal.
     """
+    first = 128
     started = time.perf_counter()
-    pilot = value(_trace(octree, meter, PILOT) @ luminous)
-    affordable = PILOT * seconds / (time.perf_counter() - started)
-    precise = PILOT * (pilot.half_width / (precision * pilot.lx)) ** 2 if pilot.lx > 0 else PILOT
-    return value(_trace(octree, meter, int(max(min(precise, affordable), PILOT))) @ luminous)
+    pilot = value_of(_trace(octree, meter, first) @ luminous)
+    affordable = first * seconds / (time.perf_counter() - started)
+    precise = first * (pilot.half_width / (precision * pilot.lx)) ** 2 if pilot.lx > 0 else first
+    return value_of(_trace(octree, meter, int(max(min(precise, affordable), first))) @ luminous)
 
 
-def read_many(octree: Path, meters: list[Meter], luminous: np.ndarray, rays: int) -> np.ndarray:
-    """What meters read by as many independent rays each (n_meters,) [lx], in one run."""
+def read_many(octree: Path, meters: list[PeerMeter], luminous: np.ndarray, rays: int) -> np.ndarray:
+    """Readings (n_meters,) [lx] by `rays` independent rays a meter, in one run."""
     return (_trace_all(octree, meters, rays) @ luminous).mean(axis=1)
 
 
-def _trace(octree: Path, meter: Meter, rays: int) -> np.ndarray:
-    """Irradiance by as many independent rays (rays, 3)."""
+def _trace(octree: Path, meter: PeerMeter, rays: int) -> np.ndarray:
+    """Irradiance (rays, 3) by independent rays."""
     return _trace_all(octree, [meter], rays)[0]
 
 
-def _trace_all(octree: Path, meters: list[Meter], rays: int) -> np.ndarray:
-    """Irradiance of each meter by as many independent rays (n_meters, rays, 3)."""
+def _trace_all(octree: Path, meters: list[PeerMeter], rays: int) -> np.ndarray:
+    """Irradiance (n_meters, rays, 3) of meters by independent rays."""
     import pyradiance
 
+    parameters = [
+        "-ab",
+        "200",
+        "-aa",
+        "0",
+        "-ad",
+        "1024",
+        "-as",
+        "0",
+        "-dj",
+        "1",
+        "-ds",
+        "0.03",
+        "-dc",
+        "1",
+        "-dt",
+        "0",
+        "-dr",
+        "0",
+        "-lr",
+        "-200",
+        "-lw",
+        "1e-3",
+    ]
     sent = np.array([np.concatenate([meter.position, meter.normal]) for meter in meters])
     out = pyradiance.rtrace(np.repeat(sent, rays, axis=0).tobytes(), octree, header=False, inform="d",
-                            outform="d", irradiance=True, uncorrelated=True, params=PARAMETERS)
+                            outform="d", irradiance=True, uncorrelated=True, params=parameters)
     return np.frombuffer(out).reshape(len(meters), rays, 3)
 
 
 def radiance_text(room: Handover) -> str:
-    """The room in Radiance's scene language; `light` shines from its front and reflects nothing."""
+    """The room in Radiance's scene language; `light` emits from its front and reflects nothing."""
     lines = []
     for k, surface in enumerate(room.surfaces):
         if surface.radiance is None:
@@ -126,7 +147,7 @@ def radiance_text(room: Handover) -> str:
         for n, part in enumerate(p for polygon in surface.polygons for p in _sampled_evenly(polygon)):
             lines.append(_primitive(f"finish{k} polygon", f"surface{k}.{n}", part.ravel()))
     for k, point in enumerate(room.points):
-        radius = TINY * MAX_EDGE
+        radius = POINT_SIZE * MAX_EDGE
         lines.append(_primitive("void light", f"lamp{k}", point.intensity / (np.pi * radius**2)))
         lines.append(_primitive(f"lamp{k} sphere", f"point{k}", [*point.center, radius]))
     return "".join(lines)
@@ -137,10 +158,10 @@ def _primitive(kind: str, name: str, numbers) -> str:
 
 
 def _sampled_evenly(polygon: np.ndarray) -> list[np.ndarray]:
-    """A disc's 64-gon as strips of its area; what has four corners as it is.
+    """The polygon of a disc as strips of its area; a polygon with up to four corners unchanged.
 
-    Radiance samples any lamp with more than four corners, and a `ring`, as a square of its area: 3 m
-    below a disc of 1 m that reads 0.3 % too little.
+    Radiance samples a lamp with more than four corners, and a `ring`, as a square of its area: 3 m below a
+    disc of 1 m the reading would be 0.3 % too low.
     """
     if len(polygon) <= 4:
         return [polygon]

@@ -1,4 +1,5 @@
-"""Colour of the light at the eye: against the lamp alone, and by each model against 61 bands."""
+"""Colour of the light at the eye: its difference from the lamp's, and the difference of each model from 61
+bands."""
 
 from dataclasses import dataclass
 
@@ -12,22 +13,24 @@ from renderer.readings.colorimetry import colour_temperature
 from renderer.readings.rendering import general_index, special_indices
 from renderer.readings.spectrum import reconstructed
 from renderer.studies.rgb_in_rooms.gains import READINGS
-from renderer.studies.rgb_in_rooms.models import LAMPS, REFERENCE, Model, lamp_spectrum
+from renderer.studies.rgb_in_rooms.models import LAMPS, REFERENCE, BandModel, lamp_spectrum
 from renderer.studies.rgb_in_rooms.palettes import PALETTES
-from renderer.studies.rgb_in_rooms.run import FOR_A_LAMP, Room, lamp_models
+from renderer.studies.rgb_in_rooms.run import FOR_A_LAMP, StudiedRoom, lamp_models
 
 COLOUR_QUANTITIES = ("x, y", "CCT", "R_a", "melanopic EDI")
-"""Distance in x, y; difference in K; in points; in per cent."""
+"""Distance in the chromaticity diagram, difference in K, in points and in per cent."""
 COLOURED = ("rgb", "prefiltered", "9", "16", "31")
-"""Models that know colour; the first two no spectrum, so x, y and CCT alone. Six nodes know lumens only."""
+"""Models with a colour; the first two have no spectrum, and so only x, y and CCT. The six nodes have only
+lumens."""
 
 
 @dataclass(frozen=True)
 class Colours:
-    """Differences in COLOUR_QUANTITIES of the light at the eye, NaN where one has no meaning.
+    """Differences in COLOUR_QUANTITIES of the light at the eye, NaN where one is not defined.
 
-    shift : (n, 4) in 61 bands against the lamp alone, melanopic light per lux; error : for each of COLOURED
-    (n, 4) against 61 bands; palette : (n,)
+    shift : (n, 4) in 61 bands from the lamp alone, the last of melanopic light per lux
+    error : (n, 4) from 61 bands, for each of COLOURED
+    palette : (n,) indices
     """
 
     shift: np.ndarray
@@ -35,8 +38,8 @@ class Colours:
     palette: np.ndarray
 
 
-def colours_at_the_eye(rooms: list[Room]) -> Colours:
-    """Every painting of the rooms under one lamp, the lamps in turn."""
+def colours_at_the_eye(rooms: list[StudiedRoom]) -> Colours:
+    """Differences for all paintings of the rooms, each under one lamp, the lamps in turn."""
     names, shifts, palettes, turn = list(LAMPS), [], [], 0
     errors: dict[str, list] = {name: [] for name in COLOURED}
     alone = {name: spectral_flux(lamp_spectrum(name), 1.0) for name in names}
@@ -55,8 +58,8 @@ def colours_at_the_eye(rooms: list[Room]) -> Colours:
                    np.array(palettes))
 
 
-def _at_the_eye(room: Room, painting: int, name: str, lamp: str, power: np.ndarray) -> tuple:
-    """x, y; CCT [K]; R_a; melanopic EDI [lx]; illuminance [lx]; per lumen. None for what is not known."""
+def _at_the_eye(room: StudiedRoom, painting: int, name: str, lamp: str, power: np.ndarray) -> tuple:
+    """x, y; CCT [K]; R_a; melanopic EDI and illuminance [lx] per lumen. None for undefined ones."""
     model, eye = lamp_models()[lamp][name], READINGS.index("eye")
     gains = room.arrays[f"gains_{name}"][painting]
     gain = (gains[list(LAMPS).index(lamp)] if name in FOR_A_LAMP else gains)[eye].astype(float)
@@ -67,7 +70,7 @@ def _at_the_eye(room: Room, painting: int, name: str, lamp: str, power: np.ndarr
     return _of_spectrum(direct * power + reconstructed(gain * flux, flux, power, model.bands))
 
 
-def _of_bands(lumens: np.ndarray, model: Model) -> tuple:
+def _of_bands(lumens: np.ndarray, model: BandModel) -> tuple:
     xyz = lumens / np.where(model.shares > 0, model.bands.luminous, 1.0) @ model.bands.xyz
     xy = tuple(xyz[:2] / xyz.sum())
     return xy, colour_temperature(xy)[0], None, None, lumens.sum()

@@ -1,7 +1,7 @@
-"""Rooms drawn by a stated rule: offices, classrooms, corridors, shops and homes, with furniture and lamps.
+"""Random rooms by a stated rule: offices, classrooms, corridors, shops and homes, with furniture and lamps.
 
-Proportions and furniture are those of common rooms of each kind; the ranges stand in KINDS and are printed in
-docs/answer.md. Every luminaire of one room is of one kind and carries the same lumens.
+Proportions and furniture are those of common rooms of each kind; docs/answer.md shows the ranges of
+DRAWN_KINDS. All luminaires of one room are of one kind and have the same lumens.
 """
 
 from dataclasses import dataclass
@@ -9,45 +9,49 @@ from dataclasses import dataclass
 import numpy as np
 
 LIGHTING = ("direct", "downlights", "indirect", "mixed")
-"""Ways a room is lit: flush ceiling panels; measured downlights; uplights; pendants that light both ways."""
-TASK_HEIGHT, EYE_HEIGHT = 0.75, 1.2
-"""Heights [m] of the horizontal readings and of a seated eye."""
+"""Kinds of lighting: flush ceiling panels; measured downlights; uplights; pendants with light up and down."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of room. size : lowest and highest length, width, height [m]; pieces : most pieces of
-    furniture; area_per_luminaire [m²]"""
+    """One kind of room.
+
+    size : lowest and highest length, width and height [m]
+    pieces : largest number of pieces of furniture
+    area_per_luminaire : [m²]
+    """
 
     size: tuple[tuple[float, float], ...]
     pieces: int
     area_per_luminaire: float
 
 
-KINDS = {
+DRAWN_KINDS = {
     "office": Kind(((3.0, 8.0), (3.5, 12.0), (2.6, 3.0)), 4, 9.0),
     "classroom": Kind(((7.0, 10.0), (6.0, 9.0), (2.8, 3.4)), 4, 10.0),
     "corridor": Kind(((1.6, 2.4), (8.0, 25.0), (2.4, 2.8)), 0, 8.0),
     "shop": Kind(((6.0, 16.0), (6.0, 20.0), (2.8, 4.0)), 4, 16.0),
     "home": Kind(((2.5, 5.0), (3.0, 6.5), (2.4, 2.7)), 3, 12.0),
 }
-MOST_LUMINAIRES = 6
 
 
 def drawn_room(number: int, seed: int = 0) -> tuple[dict, str, str]:
-    """The table of a scene file for the room of that number, its kind, and its way of lighting.
+    """The table of a scene file for the room of a number, its kind, and its kind of lighting.
 
-    All surfaces have a material of their own, reflectance 0.5: the study puts paints in their place.
+    All surfaces have the reflectance 0.5, which the study replaces by paints.
     """
     random = np.random.default_rng((seed, number))
-    kind, lighting = list(KINDS)[number % len(KINDS)], LIGHTING[(number // len(KINDS)) % len(LIGHTING)]
-    size = np.array([random.uniform(*bounds) for bounds in KINDS[kind].size])
-    furniture = _furniture(random, size, KINDS[kind].pieces)
+    kind, lighting = (
+        list(DRAWN_KINDS)[number % len(DRAWN_KINDS)],
+        LIGHTING[(number // len(DRAWN_KINDS)) % len(LIGHTING)],
+    )
+    size = np.array([random.uniform(*bounds) for bounds in DRAWN_KINDS[kind].size])
+    furniture = _furniture(random, size, DRAWN_KINDS[kind].pieces)
     table = {
         "title": f"{kind} {number}",
         "room": {"size": size.tolist(), "floor": "paint", "walls": "paint", "ceiling": "paint"},
         "materials": {"paint": {"reflectance": 0.5}},
-        "luminaires": [_luminaires(random, size, lighting, KINDS[kind].area_per_luminaire)],
+        "luminaires": [_luminaires(random, size, lighting, DRAWN_KINDS[kind].area_per_luminaire)],
         "objects": [
             {
                 "name": f"piece {k}",
@@ -64,8 +68,8 @@ def drawn_room(number: int, seed: int = 0) -> tuple[dict, str, str]:
 
 
 def _luminaires(random: np.random.Generator, size: np.ndarray, lighting: str, area: float) -> dict:
-    """One table of luminaires in an even array, of 3,000 lm each."""
-    wanted = np.clip(size[0] * size[1] / area, 1, MOST_LUMINAIRES)
+    """The table of a regular array of one to six luminaires of 3,000 lm each."""
+    wanted = np.clip(size[0] * size[1] / area, 1, 6)
     across = max(1, round(np.sqrt(wanted * size[0] / size[1])))
     along = max(1, round(wanted / across))
     pitch = size[:2] / [across, along]
@@ -90,8 +94,8 @@ def _luminaires(random: np.random.Generator, size: np.ndarray, lighting: str, ar
 def _furniture(
     random: np.random.Generator, size: np.ndarray, most: int
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Lowest corners and extents of boxes that stand apart on the floor: cupboards along walls, tables and
-    counters in the room. At most a quarter of the floor."""
+    """Lowest corners and extents [m] of boxes at a distance from each other on the floor: cupboards, tables
+    and counters."""
     pieces: list[tuple[np.ndarray, np.ndarray]] = []
     for _ in range(int(random.integers(0, most + 1))):
         tall = random.random() < 0.4
@@ -114,10 +118,11 @@ def _furniture(
 
 
 def _photometers(size: np.ndarray, furniture: list[tuple[np.ndarray, np.ndarray]]) -> list[dict]:
-    """Task readings (horizontal, 0.75 m), floor readings, an eye's (vertical, 1.2 m), outside furniture."""
+    """Meters outside furniture: horizontal at a task (0.75 m) and on the floor, vertical at a seated eye (1.2
+    m)."""
     meters = []
-    for name, height, normal in (("task", TASK_HEIGHT, [0, 0, 1]), ("floor", 0.0, [0, 0, 1]),
-                                 ("eye", EYE_HEIGHT, [0, 1, 0])):
+    for name, height, normal in (("task", 0.75, [0, 0, 1]), ("floor", 0.0, [0, 0, 1]),
+                                 ("eye", 1.2, [0, 1, 0])):
         for k, (x, y) in enumerate(((0.5, 0.5), (0.25, 0.3), (0.7, 0.75), (0.2, 0.8))):
             point = np.array([x * size[0], y * size[1], height])
             if all(((point < low - 0.05) | (point > low + extent + 0.05)).any() for low, extent in furniture):

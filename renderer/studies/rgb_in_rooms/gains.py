@@ -1,7 +1,7 @@
-"""What a room makes of light, one column of reflectances at a time: readings per lumen of its lamps.
+"""Readings of a room per lumen of its lamps, for columns of reflectances.
 
-A band knows no other band, so a reading in it depends on the surfaces' reflectances in it alone. All models,
-lamps and paints of one room share its form factors, its meters and its direct light.
+Bands exchange no light, so a reading in a band depends on the surfaces' reflectances in that band. All
+models, lamps and paints of a room share its form factors, its meters and its direct light.
 """
 
 from dataclasses import dataclass
@@ -16,16 +16,15 @@ from renderer.transport.transport import Transport, compute_transport
 
 READINGS = ("task", "floor", "eye", "walls")
 """Mean illuminance at the task, the floor and the eye; mean luminance of the walls."""
-METER_RAYS = 4096
-COLUMNS_AT_ONCE = 96
 
 
 @dataclass(frozen=True)
 class RoomGains:
-    """A room whose lamps share one spectrum.
+    """A room whose lamps have one spectrum.
 
-    direct : (4,) readings straight from the lamps, per lumen [m⁻²]; 0 for the walls' luminance
-    weights : (4, n_patches) on radiosity
+    lumens : (n_luminaires,) [lm]
+    direct : (4,) READINGS of direct light per lumen [m⁻²]; 0 for the walls' luminance
+    weights : (4, n_patches) of READINGS on radiosity
     """
 
     transport: Transport
@@ -34,12 +33,12 @@ class RoomGains:
     weights: np.ndarray
 
     def indirect(self, reflectance: np.ndarray) -> np.ndarray:
-        """Readings by way of the surfaces (4, k) for reflectances (n_surfaces, k), per lumen of the lamps."""
+        """READINGS (4, k) of reflected light per lumen of the lamps, for reflectances (n_surfaces, k)."""
         mesh = self.transport.mesh
         share = self.transport.direct @ (self.lumens / self.lumens.sum())
-        read = []
-        for start in range(0, reflectance.shape[1], COLUMNS_AT_ONCE):
-            rho = reflectance[mesh.surface, start:start + COLUMNS_AT_ONCE]
+        read, step = [], 96
+        for start in range(0, reflectance.shape[1], step):
+            rho = reflectance[mesh.surface, start:start + step]
             falling = np.tile(share[:, None], (1, rho.shape[1]))
             _, received = radiosity(self.transport.exchange, rho, falling, BAR_TOLERANCE, share)
             read.append(self.weights @ (rho * (falling + received)))
@@ -47,7 +46,11 @@ class RoomGains:
 
 
 def room_gains(scene: Scene, patch_size: float, rays: int, seed: int = 0) -> RoomGains:
-    """A room's meters and form factors. patch_size [m]; rays : per patch, 0 in an empty convex room."""
+    """The form factors and meters of a room.
+
+    patch_size : [m]
+    rays : per patch, 0 for an empty convex room
+    """
     transport = compute_transport(scene, patch_size, rays, seed)
     lumens = np.array([luminaire.lumens for luminaire in scene.luminaires])
     direct, weights = [], []
@@ -66,18 +69,19 @@ def room_gains(scene: Scene, patch_size: float, rays: int, seed: int = 0) -> Roo
     )
 
 
-def _seen(transport: Transport, points: np.ndarray, normals: np.ndarray, seed: int) -> np.ndarray:
-    """Share of each point's view, by the cosine, that each patch fills (k, n_patches)."""
+def _seen(transport: Transport, points: np.ndarray, normals: np.ndarray, seed: int,
+          rays: int = 4096) -> np.ndarray:
+    """Form factors (k, n_patches) from points to patches, by rays."""
     eye, n = transport.eye, len(transport.mesh.patches)
-    square = Nets(METER_RAYS, 2, (seed, Stream.STUDY_VIEW)).draw(0, len(points))
+    square = Nets(rays, 2, (seed, Stream.STUDY_VIEW)).draw(0, len(points))
     directions = cosine_directions(square, np.stack([_frame(normal) for normal in normals]))
-    origins = np.repeat(eye.off(points, normals), METER_RAYS, axis=0)
-    met = eye.first_hit(origins, directions.reshape(-1, 3)).reshape(len(points), METER_RAYS)
-    return np.stack([np.bincount(row[row >= 0], minlength=n) / METER_RAYS for row in met])
+    origins = np.repeat(eye.off(points, normals), rays, axis=0)
+    met = eye.first_hit(origins, directions.reshape(-1, 3)).reshape(len(points), rays)
+    return np.stack([np.bincount(row[row >= 0], minlength=n) / rays for row in met])
 
 
 def _frame(normal: np.ndarray) -> np.ndarray:
-    """Axes (3, 3) whose last is the normal."""
+    """Unit vectors (3, 3), the last the normal."""
     across = np.eye(3)[np.abs(normal).argmin()]
     u = np.cross(normal, across)
     u /= np.linalg.norm(u)

@@ -1,7 +1,7 @@
-"""Models of colour: which bands a lamp's lumens and a paint's curve are put into.
+"""Models of colour: the bands for a lamp's lumens and a paint's curve.
 
-A model is a set of columns: reflectances of the surfaces, one column a band, and the share of a lamp's lumens
-in each. A room answers with a gain for each column; the model's reading is the shares times the gains.
+A model is a set of columns, one a band, with reflectances of the surfaces and a share of the lamp's lumens. A
+room has a gain for each column; the model's reading is the sum of shares times gains.
 """
 
 from dataclasses import dataclass
@@ -16,45 +16,38 @@ from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931
 from renderer.studies.rgb_in_rooms.palettes import WAVELENGTHS
 
-LAMPS = {
-    **{
-        name: name
-        for name in (
-            "LED-B1",
-            "LED-B2",
-            "LED-B3",
-            "LED-B4",
-            "LED-B5",
-            "LED-V1",
-            "LED-V2",
-            "LED-RGB1",
-            "FL2",
-            "FL7",
-            "FL11",
-            "A",
-            "D65",
-            "HP1",
-        )
-    },
-    "narrow RGB LED": None,
-}
-"""Lamps of the study: CIE illuminants, and three narrow bands that make white."""
+LAMPS = (
+    "LED-B1",
+    "LED-B2",
+    "LED-B3",
+    "LED-B4",
+    "LED-B5",
+    "LED-V1",
+    "LED-V2",
+    "LED-RGB1",
+    "FL2",
+    "FL7",
+    "FL11",
+    "A",
+    "D65",
+    "HP1",
+    "narrow RGB LED",
+)
+"""Lamps of the study: CIE illuminants, and three narrow bands that form white."""
 REFERENCE = "61"
-MODELS = ("rgb", "rgb, white lamp", "rgb, equal thirds", "prefiltered", "6", "9", "16", "31")
-"""RGB with the lamp's own colour, with a lamp of BT.709 white, with the deck's equal parts of light; RGB
-prefiltered; six nodes; and 9, 16 and 31 bands. All are held against 61."""
+BAND_MODELS = ("rgb", "rgb, white lamp", "rgb, equal thirds", "prefiltered", "6", "9", "16", "31")
+"""RGB with the lamp's own colour, with a lamp of BT.709 white, and with equal parts of light; prefiltered
+RGB; six nodes; 9, 16 and 31 bands. All are compared with 61 bands."""
 
 
 def lamp_spectrum(name: str) -> Spectrum:
     """A lamp's relative power."""
-    if LAMPS[name] is not None:
-        return illuminant(LAMPS[name], "the study's lamp")
-    return _narrow_leds()
+    return _narrow_leds() if name == "narrow RGB LED" else illuminant(name, "the study's lamp")
 
 
 def _narrow_leds() -> Spectrum:
-    """Red, green and blue LEDs (630, 525 and 465 nm, Gaussian, 20 nm wide at half their height) that make the
-    white of D65."""
+    """Red, green and blue LEDs (630, 525 and 465 nm, Gaussian, 20 nm wide at half height) with the white of
+    D65."""
     nm, observer = cie_1931()
     lines = np.exp(-4 * np.log(2) * ((nm[:, None] - [630.0, 525.0, 465.0]) / 20.0) ** 2)
     white = np.array([0.3127, 0.3290, 0.3583]) / 0.3290
@@ -62,8 +55,8 @@ def _narrow_leds() -> Spectrum:
 
 
 @dataclass(frozen=True)
-class Model:
-    """One model under one lamp. bands; shares (n_bands,) of the lamp's lumens, adding up to 1"""
+class BandModel:
+    """One model under one lamp; shares : (n_bands,) of the lamp's lumens, their sum 1."""
 
     bands: BandSet
     shares: np.ndarray
@@ -78,8 +71,8 @@ class Model:
         return reflectances_in_three(fine @ self.bands.filters, self.bands)
 
 
-def models_under(name: str) -> dict[str, Model]:
-    """Every model, and the reference, under the lamp of that name."""
+def models_under(name: str) -> dict[str, BandModel]:
+    """All models, and the reference, under a lamp."""
     lamp = lamp_spectrum(name)
     rgb, made = band_set("rgb"), {}
     for bands in ("9", "16", "31", REFERENCE):
@@ -87,11 +80,11 @@ def models_under(name: str) -> dict[str, Model]:
     made["6"] = _under(lamp, nodes_for_lamps([luminous_at_1_nm(power_at_1_nm(lamp))], [1.0]))
     made["prefiltered"] = _under(lamp, prefiltered(mean_light([lamp], [1.0])))
     made["rgb"] = _under(lamp, rgb)
-    made["rgb, white lamp"] = Model(rgb, rgb.luminous.copy())
-    made["rgb, equal thirds"] = Model(rgb, np.full(3, 1 / 3))
+    made["rgb, white lamp"] = BandModel(rgb, rgb.luminous.copy())
+    made["rgb, equal thirds"] = BandModel(rgb, np.full(3, 1 / 3))
     return made
 
 
-def _under(lamp: Spectrum, bands: BandSet) -> Model:
+def _under(lamp: Spectrum, bands: BandSet) -> BandModel:
     shares = band_flux(lamp, 1.0, bands, "the study's lamp") * bands.luminous
-    return Model(bands, shares / shares.sum())
+    return BandModel(bands, shares / shares.sum())

@@ -2,10 +2,10 @@
 
 architectural : walls, floor and furniture of Munsell chroma 4 or less, luminous reflectances within the
     ranges of EN 12464-1:2021 (ceiling 0.7 to 0.9, walls 0.5 to 0.8, floor 0.2 to 0.6, furniture 0.2 to
-    0.7). Their chroma is that of whitish to moderately coloured nuances, NCS 1010 to 1030, in which
-    K. Fridell Hårleman (Daylight Influence on Colour Design, KTH Stockholm, 2007) had rooms painted
-accent : the same with one wall or the floor of chroma 8 or more
-extreme : every surface in one paint of chroma 8 or more, as in the deck
+    0.7); the chroma is that of the whitish to moderately coloured nuances, NCS 1010 to 1030, of the rooms
+    in K. Fridell Hårleman, Daylight Influence on Colour Design, KTH Stockholm, 2007
+accent : architectural, with one wall or the floor of chroma 8 or more
+extreme : all surfaces in one paint of chroma 8 or more
 """
 
 from dataclasses import dataclass
@@ -17,15 +17,19 @@ from renderer.colour.tables import cie_1931, d65, munsell_chips
 from renderer.scene.scene import Scene
 
 PALETTES = ("architectural", "accent", "extreme")
-LOW_CHROMA, HIGH_CHROMA = 4.0, 8.0
-WALLS, FLOOR, CEILING, FURNITURE = (0.5, 0.8), (0.2, 0.6), (0.7, 0.9), (0.2, 0.7)
 WAVELENGTHS = np.arange(380.0, 781.0, 5.0)
 
 
 @dataclass(frozen=True)
 class Chips:
-    """Measured chips. names (n,); curves (n, 81) at WAVELENGTHS; luminous (n,) reflectance under D65;
-    chroma (n,); hue (n,) Munsell hue letters"""
+    """Measured chips.
+
+    names : (n,)
+    curves : (n, 81) at WAVELENGTHS
+    luminous : (n,) luminous reflectance under D65
+    chroma : (n,)
+    hue : (n,) letters of the Munsell hue
+    """
 
     names: list[str]
     curves: np.ndarray
@@ -50,8 +54,11 @@ def chips() -> Chips:
 
 @dataclass(frozen=True)
 class Painting:
-    """What every surface of a room reflects. palette; name; paint : index of the chip that sets the palette;
-    curves : (n_surfaces, 81) at WAVELENGTHS"""
+    """The reflectances of a room's surfaces.
+
+    name, paint : of the chip that sets the palette, its notation and index
+    curves : (n_surfaces, 81) at WAVELENGTHS
+    """
 
     palette: str
     name: str
@@ -61,8 +68,10 @@ class Painting:
 
 def paintings(scene: Scene, random: np.random.Generator, counts: tuple[int, int, int],
               known: Chips | None = None) -> list[Painting]:
-    """Paintings of a room: so many of each palette, from the measured chips unless others are given.
-    Luminaires' faces stay black."""
+    """Paintings of a room, `counts` of each palette; luminaires' faces stay black.
+
+    known : chips to choose from; None for the measured ones
+    """
     known, made = known or chips(), []
     for palette, count in zip(PALETTES, counts, strict=True):
         for _ in range(count):
@@ -71,7 +80,7 @@ def paintings(scene: Scene, random: np.random.Generator, counts: tuple[int, int,
 
 
 def one_paint(scene: Scene, curve: np.ndarray, palette: str, name: str, paint: int) -> Painting:
-    """Every surface in one paint; curve : (81,)."""
+    """A painting with all surfaces in one paint; curve : (81,)."""
     curves = np.tile(curve, (len(scene.surfaces), 1))
     curves[len(scene.materials):] = 0.0
     return Painting(palette, name, paint, curves)
@@ -79,26 +88,26 @@ def one_paint(scene: Scene, curve: np.ndarray, palette: str, name: str, paint: i
 
 def _painting(known: Chips, palette: str, scene: Scene, random: np.random.Generator) -> Painting:
     def pick(bounds: tuple[float, float], saturated: bool = False) -> int:
-        fits = known.chroma >= HIGH_CHROMA if saturated else (
-            (known.chroma <= LOW_CHROMA) & (known.luminous >= bounds[0]) & (known.luminous <= bounds[1]))
+        fits = known.chroma >= 8.0 if saturated else (
+            (known.chroma <= 4.0) & (known.luminous >= bounds[0]) & (known.luminous <= bounds[1]))
         return int(random.choice(np.flatnonzero(fits)))
 
     if palette == "extreme":
-        paint = pick(WALLS, saturated=True)
+        paint = pick((0.5, 0.8), saturated=True)
         return one_paint(scene, known.curves[paint], palette, known.names[paint], paint)
-    wall, floor, piece = pick(WALLS), pick(FLOOR), pick(FURNITURE)
+    wall, floor, piece = pick((0.5, 0.8)), pick((0.2, 0.6)), pick((0.2, 0.7))
     names = scene.surface_names
     accent = None
     paint = wall
     if palette == "accent":
-        paint = pick(WALLS, saturated=True)
+        paint = pick((0.5, 0.8), saturated=True)
         accent = str(random.choice([name for name in names if name.startswith("wall")] + ["floor"]))
     curves = np.zeros((len(names), len(WAVELENGTHS)))
     for k, name in enumerate(names[:len(scene.materials)]):
         if name == accent:
             curves[k] = known.curves[paint]
         elif name == "ceiling":
-            curves[k] = random.uniform(*CEILING)
+            curves[k] = random.uniform(0.7, 0.9)
         else:
             curves[k] = known.curves[floor if name == "floor" else wall if name.startswith("wall") else piece]
     return Painting(palette, known.names[paint], paint, curves)

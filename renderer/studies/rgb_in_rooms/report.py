@@ -1,4 +1,4 @@
-"""Tables, figures and the thinned data of the study."""
+"""The study's tables, figures and selected data."""
 
 import csv
 import gzip
@@ -11,11 +11,11 @@ import numpy as np
 from renderer.pictures import study_charts
 from renderer.studies.rgb_in_rooms.colours import COLOUR_QUANTITIES, COLOURED, Colours, colours_at_the_eye
 from renderer.studies.rgb_in_rooms.gains import READINGS
-from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS
+from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, REFERENCE
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, chips
-from renderer.studies.rgb_in_rooms.run import Room
+from renderer.studies.rgb_in_rooms.run import StudiedRoom
 from renderer.studies.rgb_in_rooms.summary import (
-    WITHIN,
+    ERROR_BOUNDS,
     cheapest,
     fitted_rule,
     model_costs,
@@ -26,14 +26,10 @@ from renderer.studies.rgb_in_rooms.summary import (
 )
 from renderer.system.files import whole_file
 
-BANDS = {"rgb": 3, "rgb, white lamp": 3, "rgb, equal thirds": 3, "prefiltered": 3, "6": 6, "9": 9, "16": 16,
-         "31": 31}
-BOUNDS = (1.0, 2.0, 5.0)
-"""Per cent within which the cheapest model is asked for."""
 
-
-def write_report(rooms: list[Room], out: Path) -> list[Path]:
-    """Write study.json, study_tables.md, five figures and study_readings.csv.gz. Returns the files."""
+def write_report(rooms: list[StudiedRoom], out: Path) -> list[Path]:
+    """Write study.json, three tables, five figures and study_readings.csv.gz. Returns the files."""
+    bounds = (1.0, 2.0, 5.0)  # of errors [%] in the comparison of models
     readings = readings_of(rooms)
     lux = readings.where(readings.reading != READINGS.index("walls"))
     rule, numerical = fitted_rule(readings), numerical_errors(rooms)
@@ -48,9 +44,9 @@ def write_report(rooms: list[Room], out: Path) -> list[Path]:
         within[palette]["indirect light alone"] = _row(part.error[:, 0] / part.share)
     by_lamp = {lamp: {palette: _row(lux.where((lux.lamp == k) & (lux.palette == p)).error[:, 0])
                       for p, palette in enumerate(PALETTES)} for k, lamp in enumerate(LAMPS)}
-    enough = {palette: {f"{bound:g}": cheapest(lux.where(lux.palette == p), bound) for bound in BOUNDS}
+    enough = {palette: {f"{bound:g}": cheapest(lux.where(lux.palette == p), bound) for bound in bounds}
               for p, palette in enumerate(PALETTES)}
-    every = {f"{bound:g}": cheapest(lux, bound) for bound in BOUNDS}
+    every = {f"{bound:g}": cheapest(lux, bound) for bound in bounds}
     record = {
         "rooms": sum(not room.fine for room in rooms),
         "readings": len(readings.error),
@@ -79,15 +75,15 @@ def write_report(rooms: list[Room], out: Path) -> list[Path]:
     files.append(study_charts.bars_within(
         out / "study_within.png", [f"{p}\n{r}" for p in PALETTES for r in ("floor", "eye")],
         {f"within {b:g} %": [within[p][r]["within"][k] for p in PALETTES for r in ("floor", "eye")]
-         for k, b in enumerate(WITHIN)}, "How often RGB is right", "readings [%]"))
+         for k, b in enumerate(ERROR_BOUNDS)}, "How often RGB is right", "readings [%]"))
     thin = lux.where(np.random.default_rng(0).random(len(lux.error)) < 12_000 / len(lux.error))
     files.append(study_charts.error_against_rule(
         out / "study_rule.png", thin.given[:, 0], thin.error[:, 0], thin.red))
     files.append(
         study_charts.models_by_cost(
             out / "study_models.png",
-            {m: (BANDS[m], [every[f"{b:g}"][m] for b in BOUNDS]) for m in MODELS},
-            BOUNDS,
+            {m: (int(m) if m.isdecimal() else 3, [every[f"{b:g}"][m] for b in bounds]) for m in BAND_MODELS},
+            bounds,
         )
     )
     files.append(study_charts.boxes(
@@ -132,7 +128,7 @@ def _within_table(within: dict) -> str:
     head = [
         "palette",
         "reading",
-        *(f"within ±{b:g} %" for b in WITHIN),
+        *(f"within ±{b:g} %" for b in ERROR_BOUNDS),
         "median error",
         "95th percentile",
         "worst",
@@ -154,22 +150,31 @@ def _lamp_table(lamps: dict) -> str:
 
 
 def _model_table(models: dict) -> str:
-    head = ["palette", "within", *MODELS]
+    head = ["palette", "within", *BAND_MODELS]
     return _table(head, [[palette, f"±{bound} %", *(f"**{row[m]:.0f}**" if row[m] >= 95 else f"{row[m]:.0f}"
-                                                      for m in MODELS)]
+                                                      for m in BAND_MODELS)]
                          for palette, bounds in models.items() for bound, row in bounds.items()])
 
 
 def _cost_table(costs: dict) -> str:
-    """Processor time of each model's solve, over that of RGB's, and in the whole of a room."""
-    return _table(["model", "bands", "solve, RGB = 1", "share of form factors, direct light and solve"],
-                  [[name, f"{BANDS.get(name, 61)}", f"{seconds / costs['rgb']:.1f}",
-                    f"{100 * seconds / (seconds + costs['geometry']):.0f} %"]
-                   for name, seconds in costs.items() if name != "geometry" and "," not in name])
+    """Processor time of a solve in each model, over that in RGB, and as a share of a room's whole time."""
+    return _table(
+        ["model", "bands", "solve, RGB = 1", "share of form factors, direct light and solve"],
+        [
+            [
+                name,
+                name if name.isdecimal() else "61" if name == REFERENCE else "3",
+                f"{seconds / costs['rgb']:.1f}",
+                f"{100 * seconds / (seconds + costs['geometry']):.0f} %",
+            ]
+            for name, seconds in costs.items()
+            if name != "geometry" and "," not in name
+        ],
+    )
 
 
 def _colour_table(colours: Colours) -> str:
-    """95th percentile of each model's difference from 61 bands at the eye, by palette."""
+    """95th percentiles of the difference from 61 bands at the eye, by model and palette."""
     rows, forms = [], ("{:.4f}", "{:.0f} K", "{:.1f}", "{:.1f} %")
     for name in COLOURED:
         for p, palette in enumerate(PALETTES):
@@ -187,12 +192,13 @@ def _text(path: Path, text: str) -> Path:
 
 
 def _data(out: Path, readings) -> Path:
-    """The floor and eye readings of every painting under D65 and LED-B3, gzip-compressed CSV, under 1 MB."""
+    """Write the floor and eye readings of all paintings under D65 and LED-B3 as gzip-compressed CSV, under 1
+    MB."""
     lamps, known, buffer = list(LAMPS), chips(), io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(["room", "palette", "paint", "lamp", "reading", "indirect_share", "colour_excess_percent",
                      "rule_percent",
-                     *(f"error_percent_{m.replace(', ', '_').replace(' ', '_')}" for m in MODELS)])
+                     *(f"error_percent_{m.replace(', ', '_').replace(' ', '_')}" for m in BAND_MODELS)])
     chosen = np.isin(readings.lamp, [lamps.index("D65"), lamps.index("LED-B3")]) & np.isin(
         readings.reading, [READINGS.index("floor"), READINGS.index("eye")])
     for k in np.flatnonzero(chosen):

@@ -1,4 +1,5 @@
-"""The study's work: one room at a time, on every core or on Dask workers, each kept as it is done."""
+"""The runs of the study: one room at a time on all cores or on Dask workers, each recorded when it is
+finished."""
 
 import hashlib
 import time
@@ -15,30 +16,27 @@ from renderer.scene.scene import Scene
 from renderer.solving.transport_store import Progress
 from renderer.studies.rgb_in_rooms.drawn_rooms import drawn_room
 from renderer.studies.rgb_in_rooms.gains import RoomGains, room_gains
-from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS, REFERENCE, Model, models_under
+from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, REFERENCE, BandModel, models_under
 from renderer.studies.rgb_in_rooms.palettes import Painting, one_paint, paintings
 from renderer.studies.sweep_runs import on_cluster, on_cores
 from renderer.system.cache import program
 from renderer.system.files import whole_file
 
 PACKAGED = ("grey_room", "furnished_room", "l_shaped", "office", "classroom", "gallery")
-"""Packaged rooms, with the study's paints, lamps and meters; the red rooms have the grey one's shape."""
-PAINTINGS = (4, 4, 4)
-"""Paintings of each room: architectural, accent, extreme."""
-PATCHES, RAYS = 450, 128
-"""Patches of a room, about, and rays a patch where something can stand between two."""
-CHECKED = 10
-"""Every tenth room is solved again with patches half as long and other rays: the numerical error."""
+"""Packaged rooms for the study's paints, lamps and meters; the red rooms are missing, with the shape of the
+grey one."""
 FOR_A_LAMP = ("6", "prefiltered")
-"""Models whose bands are made for a lamp."""
-NODES = 16
-"""Chebyshev points in reflectance at which a room of one paint is solved."""
+"""Models whose bands depend on the lamp."""
 
 
 @dataclass(frozen=True)
 class RoomTask:
-    """One room of the study. number : of a drawn room, or −k for the k-th packaged one; seed : of the study;
-    fine : on the finer mesh"""
+    """One room of the study.
+
+    number : of a drawn room, or −k for the k-th packaged one
+    seed : of the study
+    fine : whether it is solved on the finer mesh
+    """
 
     number: int
     seed: int
@@ -46,35 +44,41 @@ class RoomTask:
 
     @property
     def name(self) -> str:
-        """The name of its file."""
+        """Name of the room's file."""
         return f"{self.number:+05d}{'_fine' if self.fine else ''}"
 
     def run(self) -> list[tuple[str, dict[str, np.ndarray]]]:
-        """Its name, and its arrays."""
+        """The room's name and arrays."""
         return [(self.name, studied(self))]
 
 
 def studied(task: RoomTask) -> dict[str, np.ndarray]:
-    """Everything that is known of one room.
+    """The arrays of one room.
 
-    totals : (n_paintings, n_lamps, 1 + n_models, 4) readings per lumen, the reference first; direct : (4,)
-    gains_61, gains_31, gains_16, gains_9, gains_rgb : (n_paintings, 4, n_bands) indirect readings per lumen
-    in each band; gains_6, gains_prefiltered : (n_paintings, n_lamps, 4, n_bands)
-    one_paint : (4, NODES) indirect gains of the room in one paint, at Chebyshev points of its reflectance
-    mean_rgb : (n_paintings, 3) mean reflectance of all surfaces by area, linear BT.709
-    geometry_seconds, solve_seconds (1 + n_models,) : processor time [s] of form factors, direct light and
-    meters, and of one painting in each model; palette, name, paint, kind
+    totals : (n_paintings, n_lamps, 1 + n_models, 4) READINGS per lumen, the reference first
+    direct : (4,) READINGS of direct light per lumen
+    gains_61, gains_31, gains_16, gains_9, gains_rgb : (n_paintings, 4, n_bands) READINGS of reflected light
+        per lumen in each band
+    gains_6, gains_prefiltered : (n_paintings, n_lamps, 4, n_bands), the same for models of FOR_A_LAMP
+    one_paint : (4, 16) indirect gains of the room in one paint, at Chebyshev points of its reflectance
+    mean_rgb : (n_paintings, 3) mean linear BT.709 reflectance of all surfaces by area
+    geometry_seconds : processor time [s] of form factors, direct light and meters
+    solve_seconds : (1 + n_models,) processor time [s] of one painting in each model
+    palette, name, paint : of each painting
+    kind : of the room, with its lighting
+
+    The room has about 450 patches, and 128 rays a patch where it is not empty and convex.
     """
     scene, kind = _scene(task)
-    size = float(np.sqrt(scene.room.area / PATCHES)) / (2 if task.fine else 1)
+    size = float(np.sqrt(scene.room.area / 450)) / (2 if task.fine else 1)
     empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
     began = time.process_time()
-    gains = room_gains(scene, size, 0 if empty else RAYS * (4 if task.fine else 1), task.seed + task.fine)
+    gains = room_gains(scene, size, 0 if empty else 128 * (4 if task.fine else 1), task.seed + task.fine)
     geometry_seconds = time.process_time() - began
     random = np.random.default_rng((task.seed, abs(task.number), task.number < 0))
-    painted = paintings(scene, random, PAINTINGS)
+    painted = paintings(scene, random, (4, 4, 4))
     solved = [solve_painting(gains, painting) for painting in painted]
-    nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(16) + 0.5) / 16)
     reflecting = one_paint(scene, np.ones(81), "", "", 0).curves[:, :1]
     return {
         "totals": np.array([totals for totals, _ in solved]),
@@ -91,7 +95,7 @@ def studied(task: RoomTask) -> dict[str, np.ndarray]:
 
 
 @cache
-def lamp_models() -> dict[str, dict[str, Model]]:
+def lamp_models() -> dict[str, dict[str, BandModel]]:
     """Every model under every lamp of the study."""
     return {lamp: models_under(lamp) for lamp in LAMPS}
 
@@ -99,7 +103,7 @@ def lamp_models() -> dict[str, dict[str, Model]]:
 def _solve_seconds(gains: RoomGains, painting: Painting) -> np.ndarray:
     """Processor time [s] of one painting in the reference and each model (1 + n_models,)."""
     seconds, models = [], lamp_models()["LED-B3"]
-    for name in (REFERENCE, *MODELS):
+    for name in (REFERENCE, *BAND_MODELS):
         reflectance = models[name].reflectance(painting.curves)
         began = time.process_time()
         gains.indirect(reflectance)
@@ -107,8 +111,8 @@ def _solve_seconds(gains: RoomGains, painting: Painting) -> np.ndarray:
     return np.array(seconds)
 
 
-def _mean_rgb(gains: RoomGains, rgb: Model, painting: Painting) -> np.ndarray:
-    """Mean reflectance (3,) of all surfaces by area, linear BT.709; luminaires are black."""
+def _mean_rgb(gains: RoomGains, rgb: BandModel, painting: Painting) -> np.ndarray:
+    """Mean linear BT.709 reflectance (3,) of all surfaces by area; luminaires are black."""
     areas, surface = gains.transport.exchange.areas, gains.transport.mesh.surface
     return areas @ rgb.reflectance(painting.curves)[surface] / areas.sum()
 
@@ -124,10 +128,10 @@ def _scene(task: RoomTask) -> tuple[Scene, str]:
 
 
 def _with_meters(scene: Scene) -> Scene:
-    """A packaged room with the study's meters where they can stand."""
+    """A packaged room with the study's meters, where these stand free."""
     from dataclasses import replace
 
-    table, _, _ = drawn_room(2)  # a corridor: nothing stands in it, so every meter is there
+    table, _, _ = drawn_room(2)  # a corridor, without furniture, has all meters
     low, high = scene.room.bounds
     drawn = np.array(table["room"]["size"])
     meters = []
@@ -153,7 +157,7 @@ def _stands_free(scene: Scene, point: np.ndarray) -> bool:
 
 
 def solve_painting(gains: RoomGains, painting: Painting) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Totals (n_lamps, 1 + n_models, 4) of one painting, and its indirect gains by model, as in `studied`."""
+    """Totals (n_lamps, 1 + n_models, 4) of one painting, and its indirect gains by the name of the model."""
     lamps = lamp_models()
     columns: dict[tuple[str, str], np.ndarray] = {}
     for lamp, models in lamps.items():
@@ -164,7 +168,7 @@ def solve_painting(gains: RoomGains, painting: Painting) -> tuple[np.ndarray, di
     parts = dict(zip(columns, np.split(gains.indirect(np.hstack(list(columns.values()))), widths, axis=1),
                      strict=True))
     totals = np.array([[gains.direct + parts[_columns_of(name, lamp)] @ models[name].shares
-                        for name in (REFERENCE, *MODELS)] for lamp, models in lamps.items()])
+                        for name in (REFERENCE, *BAND_MODELS)] for lamp, models in lamps.items()])
     kept = {name: parts[name, ""] for name, lamp in columns if not lamp}
     for name in FOR_A_LAMP:
         kept[name] = np.array([parts[name, lamp] for lamp in lamps])
@@ -172,20 +176,23 @@ def solve_painting(gains: RoomGains, painting: Painting) -> tuple[np.ndarray, di
 
 
 def _columns_of(name: str, lamp: str) -> tuple[str, str]:
-    """Name of the reflectances that a model takes: those of RGB serve three models, most serve all lamps."""
+    """Key of a model's reflectances: three models share those of RGB, and most models serve all lamps."""
     return (name, lamp) if name in FOR_A_LAMP else (name.partition(",")[0], "")
 
 
 def run_study(rooms: int, seed: int, out: Path, scheduler: str | None, progress: Progress) -> Path:
-    """Solve what is not solved yet; each room's arrays are a file of a folder under `out`, which is returned.
+    """Solve the rooms that are not solved yet, and write the arrays of each into a folder under `out`.
 
-    rooms : drawn, beside the packaged ones. Raises InputError or SolveError.
+    rooms : number of drawn rooms, beside the packaged ones
+
+    Every tenth room is also solved with patches half as long and other rays, for the numerical error. Returns
+    the folder. Raises InputError or SolveError.
     """
     folder = out / f"study_{program_and_rule(seed)}"
     tasks = [RoomTask(-k, seed) for k in range(1, len(PACKAGED) + 1)]
     for number in range(rooms):
         tasks.append(RoomTask(number, seed))
-        if number % CHECKED == 0:
+        if number % 10 == 0:
             tasks.append(RoomTask(number, seed, fine=True))
     todo = [task for task in tasks if not (folder / f"{task.name}.npz").is_file()]
     finished, total = len(tasks) - len(todo), len(tasks)
@@ -200,13 +207,13 @@ def run_study(rooms: int, seed: int, out: Path, scheduler: str | None, progress:
 
 
 def program_and_rule(seed: int) -> str:
-    """What the rooms' numbers follow from, as eight letters."""
+    """Digest, in eight letters, of the program and the seed that the rooms depend on."""
     return hashlib.blake2b(f"{program()} {seed}".encode(), digest_size=4).hexdigest()
 
 
 @dataclass(frozen=True)
-class Room:
-    """One room's arrays as `studied` makes them. number; fine; kind and lighting"""
+class StudiedRoom:
+    """The arrays of one room, as in `studied`."""
 
     number: int
     fine: bool
@@ -214,14 +221,14 @@ class Room:
 
     @property
     def kind(self) -> str:
-        """Its kind and its lighting."""
+        """The room's kind with its lighting."""
         return str(self.arrays["kind"])
 
 
-def read_rooms(folder: Path) -> Iterator[Room]:
-    """The rooms of a folder, the packaged ones first."""
+def read_rooms(folder: Path) -> Iterator[StudiedRoom]:
+    """The rooms of a folder, packaged ones first."""
     for path in sorted(folder.glob("*.npz"), key=lambda p: (p.stem.endswith("_fine"), int(p.stem[:5]))):
         with np.load(path, allow_pickle=False) as file:
-            yield Room(int(path.stem[:5]), path.stem.endswith("_fine"), dict(file))
+            yield StudiedRoom(int(path.stem[:5]), path.stem.endswith("_fine"), dict(file))
 
 

@@ -1,4 +1,4 @@
-"""What the study's readings say: how often RGB is right, what predicts its error, what mends it."""
+"""The study's statistics: how often RGB is right, the prediction of its error, and other models."""
 
 from dataclasses import dataclass
 
@@ -8,28 +8,26 @@ from renderer.colour.bands import LUMINANCE_WEIGHTS
 from renderer.colour.colour_excess import REDDEST, WARNED, colour_excess, error_per_excess, favours_red
 from renderer.studies.repainted_room import Interpolated
 from renderer.studies.rgb_in_rooms.gains import READINGS
-from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS, REFERENCE, models_under
+from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, REFERENCE, models_under
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, chips
-from renderer.studies.rgb_in_rooms.run import Room, lamp_models
+from renderer.studies.rgb_in_rooms.run import StudiedRoom, lamp_models
 
-WITHIN = (5.0, 10.0, 20.0)
-"""Per cent of the 61-band reading within which a model counts as right."""
-RED_LUMINOUS = (0.18, 0.22)
-"""Luminous reflectance of the red chips that stand for the deck's 20 % red."""
-PAINT_CEILING = 0.84
-"""The largest reflectance of the measured chips at any wavelength: no paint here exceeds it."""
+ERROR_BOUNDS = (5.0, 10.0, 20.0)
+"""Bounds of the error [%] against 61 bands."""
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Every reading of the study as columns of equal length.
+    """All readings of the study as columns.
 
-    error : (n, n_models) per cent of the 61-band reading; share : (n,) of the reading that is indirect;
-    excess : (n, 2) colour excess of the room [%], for this share and for a room lit evenly
-    red : (n,) whether its mean reflectance is largest in red
-    given : (n, 2) RGB's error by the rule [%], from either excess
-    paint : (n,) the chip that sets the palette; palette, lamp, reading : (n,) indices
-    room : (n,) the drawn room's number, negative for a packaged one
+    error : (n, n_models) error against 61 bands [%]
+    share : (n,) indirect share of the reading
+    excess : (n, 2) colour excess of the room [%], for this share and for an evenly lit room
+    red : (n,) whether the room's mean reflectance is largest in red
+    given : (n, 2) RGB's error by the rule [%], from each excess
+    paint : (n,) index of the chip that sets the palette
+    palette, lamp, reading : (n,) indices
+    room : (n,) number of the drawn room, negative for a packaged one
     """
 
     error: np.ndarray
@@ -44,11 +42,11 @@ class Readings:
     room: np.ndarray
 
     def where(self, chosen: np.ndarray) -> "Readings":
-        """The chosen rows."""
+        """The chosen readings."""
         return Readings(**{name: column[chosen] for name, column in vars(self).items()})
 
 
-def readings_of(rooms: list[Room]) -> Readings:
+def readings_of(rooms: list[StudiedRoom]) -> Readings:
     """All readings of the rooms on their usual mesh."""
     columns: list[tuple] = []
     red_shares = np.array([lamp_models()[lamp]["rgb"].shares[0] for lamp in LAMPS])
@@ -69,24 +67,26 @@ def readings_of(rooms: list[Room]) -> Readings:
 
 
 def shares_within(errors: np.ndarray) -> list[float]:
-    """Per cent of errors (n,) [%] within each of WITHIN."""
-    return [float(100 * (np.abs(errors) <= bound).mean()) for bound in WITHIN]
+    """Share [%] of errors (n,) [%] within each of ERROR_BOUNDS."""
+    return [float(100 * (np.abs(errors) <= bound).mean()) for bound in ERROR_BOUNDS]
 
 
 @dataclass(frozen=True)
 class Rule:
-    """How well RGB's error is told by the rule of renderer.colour.colour_excess.
+    """The rule of renderer.colour.colour_excess for RGB's error, and its test.
 
-    at_daylight, for_red : its two numbers, by least squares over the rooms of even number that favour red
-    Of the other rooms that favour red, in per cent unless it is a multiple:
-    explained : share of the errors' variance
-    missed : readings more than 5 % too bright to which the rule gives less than 5
-    warned : those to which it gives 5 or more
-    alarmed : of these, those less than 2.5 % too bright
-    low, high : multiples of what the rule gives between which two of three of these lie
-    means_… : the same of a room's mean over task, floor and eye, as `plan` tells it
-    other_low, other_high : errors [%] between which 90 % of readings lie in the rooms that favour green or
-    blue, where the excess is above 5 %
+    at_daylight, for_red : the rule's two numbers, a least-squares fit to the even-numbered rooms that favour
+        red
+    explained : share of the variance of the errors
+    missed : share [%] of readings with an error over 5 % and a prediction below 5 %
+    warned : share [%] of readings with a prediction of 5 % or more
+    alarmed : share [%] of these readings with an error below 2.5 %
+    low, high : multiples of the prediction that enclose the errors of two thirds of these readings
+    means_… : the same for a room's mean over task, floor and eye, the quantity that `plan` shows
+    other_low, other_high : errors [%] that enclose 90 % of the readings in rooms that favour green or blue,
+        where the excess is above 5 %
+
+    All but the first two and the last two are of the odd-numbered rooms that favour red.
     """
 
     at_daylight: float
@@ -107,7 +107,8 @@ class Rule:
 
 
 def fitted_rule(readings: Readings) -> Rule:
-    """The rule, fitted on drawn rooms of even number and tested on those of odd number; illuminances only."""
+    """The rule, fitted to the even-numbered drawn rooms and tested on the odd-numbered ones; only
+    illuminances."""
     used = readings.where((readings.room >= 0) & (readings.reading != READINGS.index("walls")))
     fit, held = (used.where((used.room % 2 == part) & used.red) for part in (0, 1))
     shares = np.array([lamp_models()[lamp]["rgb"].shares[0] for lamp in LAMPS])
@@ -122,7 +123,7 @@ def fitted_rule(readings: Readings) -> Rule:
 
 
 def _told(error: np.ndarray, given: np.ndarray) -> tuple[float, ...]:
-    """missed, alarmed, warned, low and high of `Rule` for errors (n,) and what the rule gives (n,) [%]."""
+    """missed, alarmed, warned, low and high of `Rule` for errors (n,) and predictions (n,) [%]."""
     warned = given >= WARNED
     ratio = error[warned] / given[warned] if warned.any() else np.ones(1)
     return (_per_cent((error > WARNED) & ~warned), _per_cent(error[warned] < WARNED / 2), _per_cent(warned),
@@ -134,22 +135,22 @@ def _per_cent(which: np.ndarray) -> float:
 
 
 def cheapest(readings: Readings, bound: float) -> dict[str, float]:
-    """For each model, per cent of readings within so many per cent of 61 bands."""
+    """Share [%] of readings with an error of at most `bound` [%], for each model."""
     return {model: float(100 * (np.abs(readings.error[:, k]) <= bound).mean())
-            for k, model in enumerate(MODELS)}
+            for k, model in enumerate(BAND_MODELS)}
 
 
-def model_costs(rooms: list[Room]) -> dict[str, float]:
-    """Processor time [s] of a room in the middle of all: its geometry, and one painting in each model."""
+def model_costs(rooms: list[StudiedRoom]) -> dict[str, float]:
+    """Median processor times [s] of a room: of its geometry, and of one painting in each model."""
     used = [room.arrays for room in rooms if not room.fine]
     solves = np.median([arrays["solve_seconds"] for arrays in used], axis=0)
     return {"geometry": float(np.median([arrays["geometry_seconds"] for arrays in used])),
-            **dict(zip((*MODELS, REFERENCE), map(float, [*solves[1:], solves[0]]), strict=True))}
+            **dict(zip((*BAND_MODELS, REFERENCE), map(float, [*solves[1:], solves[0]]), strict=True))}
 
 
-def numerical_errors(rooms: list[Room]) -> np.ndarray:
-    """How far RGB's error [percentage points] moves from the usual mesh to one of patches half as long, of
-    every reading of the rooms that were solved on both (n,)."""
+def numerical_errors(rooms: list[StudiedRoom]) -> np.ndarray:
+    """Change (n,) of RGB's error [percentage points] from the usual mesh to one with patches half as long,
+    for all readings of the rooms that were solved on both."""
     usual = {room.number: room for room in rooms if not room.fine}
     moved = []
     for room in rooms:
@@ -162,11 +163,14 @@ def numerical_errors(rooms: list[Room]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Reds:
-    """Rooms of one red of 20 % against rooms of a grey of its luminous reflectance, floor, D65.
+    """Rooms in one red of 20 % against rooms in a grey of equal luminous reflectance, on the floor, under
+    D65.
 
-    names : of the chips; spectral, rgb : (n_rooms, n_chips) total illuminance over the grey room's; bound :
-    (n_rooms,) the largest that any reflectance up to PAINT_CEILING of 20 % can do; pure : (n_rooms,) the
-    deck's pure BT.709 red in RGB; kinds : (n_rooms,)
+    names : of the chips
+    spectral, rgb : (n_rooms, n_chips) total illuminance over the grey room's
+    bound : (n_rooms,) largest ratio of any paint of 20 % whose reflectance nowhere exceeds 0.84
+    pure : (n_rooms,) ratio of pure BT.709 red in RGB
+    kinds : (n_rooms,)
     """
 
     names: list[str]
@@ -177,11 +181,11 @@ class Reds:
     kinds: list[str]
 
 
-def reds_of_20_percent(rooms: list[Room]) -> Reds:
-    """The deck's own experiment over all red chips and every room."""
+def reds_of_20_percent(rooms: list[StudiedRoom]) -> Reds:
+    """Red rooms against grey rooms, for all red chips with a luminous reflectance of 0.18 to 0.22."""
     known, models = chips(), models_under("D65")
     chosen = [k for k, (hue, y) in enumerate(zip(known.hue, known.luminous, strict=True))
-              if hue == "R" and RED_LUMINOUS[0] <= y <= RED_LUMINOUS[1] and known.chroma[k] >= 2]
+              if hue == "R" and 0.18 <= y <= 0.22 and known.chroma[k] >= 2]
     floor, rows, kinds = READINGS.index("floor"), [], []
     for room in rooms:
         if room.fine:
@@ -199,8 +203,9 @@ def reds_of_20_percent(rooms: list[Room]) -> Reds:
         grey = [total([known.luminous[k]], one) for k in chosen]
         ratios = {name: [total(models[name].reflectance(known.curves[[k]])[0], models[name].shares) / g
                          for k, g in zip(chosen, grey, strict=True)] for name in (REFERENCE, "rgb")}
-        grey_20, full = total([0.2], one), 0.2 / PAINT_CEILING
-        bound = (1 - full) * direct + full * total([PAINT_CEILING], one)
+        largest = 0.84  # reflectance of the measured chips at any wavelength
+        grey_20, full = total([0.2], one), 0.2 / largest
+        bound = (1 - full) * direct + full * total([largest], one)
         pure = total([0.2 / models["rgb"].bands.luminous[0], 0.0, 0.0], models["rgb"].shares)
         rows.append((ratios[REFERENCE], ratios["rgb"], bound / grey_20, pure / grey_20))
         kinds.append(room.kind)

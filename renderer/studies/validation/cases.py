@@ -1,4 +1,4 @@
-"""What validation says of one number: what was expected, what came out, and whether that will do."""
+"""The cases of validation: an expected value, the result, and the verdict."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +9,10 @@ from renderer.scene.scene import Scene
 
 @dataclass(frozen=True)
 class Case:
-    """One quantity held against its expected value; or what is refused, against the reason given.
+    """A quantity and its expected value, or a refusal and its expected reason.
 
-    expected, got : a number in `unit`, or a sentence
-    tolerance : largest |got − expected| that passes; of a sentence, expected is part of it
+    expected, got : a number in `unit`, or a sentence; an expected sentence is part of the other
+    tolerance : largest |got − expected| that passes
     source : of the expected value
     """
 
@@ -27,7 +27,7 @@ class Case:
 
     @property
     def error(self) -> float | None:
-        """How far off [unit]; None for a sentence."""
+        """got − expected [unit]; None for a sentence."""
         if isinstance(self.expected, str) or isinstance(self.got, str):
             return None
         return self.got - self.expected
@@ -40,11 +40,11 @@ class Case:
         return isinstance(self.expected, str) and isinstance(self.got, str) and self.expected in self.got
 
     def record(self) -> dict:
-        """As JSON."""
+        """The case as an object for JSON."""
         return {**vars(self), "error": self.error, "passes": self.passes}
 
     def cells(self) -> list[str]:
-        """As a row of COLUMNS."""
+        """The case as a row with CASE_COLUMNS."""
         verdict = "pass" if self.passes else "FAIL"
         if self.error is None:
             return [self.case, self.quantity, "a sentence", f"“{self.got}”", "–", "–", verdict]
@@ -53,17 +53,17 @@ class Case:
                 f"{self.error:+.1e}", f"{self.tolerance:.1e}", verdict]
 
 
-COLUMNS = ("case", "quantity", "expected", "got", "error", "tolerance", "verdict")
+CASE_COLUMNS = ("case", "quantity", "expected", "got", "error", "tolerance", "verdict")
 
 
-def markdown(cases: list[Case]) -> str:
-    """The cases as one table a group."""
+def cases_markdown(cases: list[Case]) -> str:
+    """The cases in Markdown, one table a group."""
     lines = []
     for group in dict.fromkeys(case.group for case in cases):
         rows = [case for case in cases if case.group == group]
         source = "; ".join(dict.fromkeys(case.source for case in rows if case.source))
         lines += ["", f"**{group}.**" + (f" {source}." if source else ""), "",
-                  "| " + " | ".join(COLUMNS) + " |", "|---" * len(COLUMNS) + "|"]
+                  "| " + " | ".join(CASE_COLUMNS) + " |", "|---" * len(CASE_COLUMNS) + "|"]
         lines += ["| " + " | ".join(case.cells()).replace("\n", " ") + " |" for case in rows]
     return "\n".join(lines[1:]) + "\n"
 
@@ -79,13 +79,15 @@ luminance = 1000
 """
 
 
-def box_room(folder: Path, rest: str = PANEL, size=(4, 4, 3), rho: float = 0.5, faces: str = "",
-             shape: str = "", paint: str = "") -> Scene:
-    """A room written as a scene file and read as users' files are.
+def box_scene(folder: Path, rest: str = PANEL, size=(4, 4, 3), rho: float = 0.5, faces: str = "",
+              shape: str = "", paint: str = "") -> Scene:
+    """A room that is written as a scene file and read as users' files are.
 
-    folder : where to write it; rest : more tables, as TOML; faces : lines of [room] that give some faces
-    another material ("black", "white"); shape : lines that give the room's shape, else `size`
-    paint : the keys of its material, else `rho`
+    folder : of the file
+    rest : more tables, as TOML
+    faces : lines of [room] with another material ("black", "white") of some faces
+    shape : lines of [room] with its shape; "" for a box of `size`
+    paint : keys of its material; "" for a grey of `rho`
     """
     shape = shape or f"size = [{', '.join(repr(float(x)) for x in size)}]"
     named = {line.split("=")[0].strip() for line in faces.splitlines()}

@@ -1,4 +1,4 @@
-"""Spectra and what is read from them: Planck, the D series, colour temperature, the body clock."""
+"""Cases of spectra and colour: Planck's law, the D series, colour temperature, melanopic light."""
 
 from pathlib import Path
 
@@ -11,11 +11,11 @@ from renderer.colour.tables import cie_1931, d65
 from renderer.readings.alpha_opic import RECEPTORS, daylight_ratio, efficacy
 from renderer.readings.colorimetry import chromaticity, colour_temperature
 from renderer.studies.validation.cases import Case
-from renderer.studies.validation.photometry import ORACLES
+from renderer.studies.validation.photometry import PUBLISHED_VALUES
 
 
 def planck(_folder: Path) -> list[Case]:
-    """Black bodies against Planck's law with the constants of the SI."""
+    """Black bodies against Planck's law with SI constants."""
     rows = []
     c2 = constants.h * constants.c / constants.k
     for kelvin in (1500.0, 2856.0, 3900.0):
@@ -36,7 +36,7 @@ def daylight(_folder: Path) -> list[Case]:
     for at in (400, 450, 500, 600, 700):
         expected = np.interp(at, nm, table) / np.interp(560, nm, table)
         got = np.interp(at, lamp.nm, lamp.values) / np.interp(560, lamp.nm, lamp.values)
-        # The series' coefficients are rounded to three places: 5e-4 of S0's 100 each, on two terms.
+        # The series' coefficients are rounded to three places: 5e-4 of S0's 100, on two terms.
         rows.append(Case("Spectra", "D series, 6504 K", f"S({at} nm)/S(560 nm)", expected, float(got), 2e-3,
                          source="CIE 15:2018, table of D65"))
     return rows
@@ -53,17 +53,17 @@ def colorimetry(_folder: Path) -> list[Case]:
         nm, observer = cie_1931()
         xyz = np.interp(nm, lamp.nm, lamp.values, left=0, right=0) @ observer
         for axis, expected, got in zip("xy", xyz / xyz.sum(), chromaticity(flux, bands), strict=False):
-            # A band spreads a line by up to 5 nm; 0.002 is about what two white fields side by side show.
+            # A band spreads a line by up to 5 nm; 0.002 is about the visible difference of two white fields.
             rows.append(Case("Colorimetry", name, f"{axis} from 31 bands", float(expected), float(got), 2e-3,
                              source="chromaticity at 1 nm"))
-    fl2 = ORACLES["colour"]["FL2"]
+    fl2 = PUBLISHED_VALUES["colour"]["FL2"]
     cct, duv = colour_temperature(chromaticity(band_flux(illuminant("FL2", ""), 1.0, bands, ""), bands))
     kelvin = fl2["cct_K_ohno2013"]
     rows.append(Case("Colorimetry", "FL2", "CCT", kelvin, cct, 0.005 * kelvin, "K", "Ohno 2013"))
     rows.append(Case("Colorimetry", "FL2", "Duv", fl2["duv"], duv, 5e-4, source="Ohno 2013"))
-    for name, expected in ORACLES["alpha_opic"]["melanopic_daylight_efficacy_ratio"].items():
+    for name, expected in PUBLISHED_VALUES["alpha_opic"]["melanopic_daylight_efficacy_ratio"].items():
         got = daylight_ratio(power_at_1_nm(illuminant(name, "")))[RECEPTORS.index("melanopic")]
-        # Printed to four places; tables at 5 nm, and from 360 or 380 nm on, differ by as much again.
+        # Printed to four places; tables at 5 nm, and from 360 or 380 nm on, differ by the same amount.
         rows.append(Case("Colorimetry", name, "melanopic daylight efficacy ratio", expected, float(got),
                          1e-3 * expected, source="CIE S 026:2018"))
     return rows
@@ -73,18 +73,18 @@ ALPHA_OPIC = {"A": (0.25412, 1.17421, 1.65670, 0.83070, 0.65744),
               "D55": (0.68531, 1.41099, 1.62862, 1.33744, 1.19892),
               "D65": (0.8173, 1.4558, 1.6289, 1.4497, 1.3262),
               "D75": (0.92530, 1.48941, 1.63030, 1.53757, 1.42691)}
-"""Efficacies of luminous radiation [mW/lm], S-, M-, L-cone-opic, rhodopic, melanopic: of D65 as CIE S
-026:2018 prints them; of A, D55 and D75 from F. Rudawski's Lighting Toolbox (frudawski.de/ciespec2aopic)."""
+"""Efficacies of luminous radiation [mW/lm], S-, M-, L-cone-opic, rhodopic, melanopic: D65 from CIE S
+026:2018; A, D55 and D75 from F. Rudawski, Lighting Toolbox (frudawski.de/ciespec2aopic)."""
 
 
-def alpha_opic(_folder: Path) -> list[Case]:
+def alpha_opic_efficacies(_folder: Path) -> list[Case]:
     """The five α-opic efficacies of four illuminants."""
     rows = []
     for name, published in ALPHA_OPIC.items():
         got = 1000 * efficacy(power_at_1_nm(illuminant(name, "")))
         for receptor, expected, value in zip(RECEPTORS, published, got, strict=True):
-            # Four places printed. D55 and D75 are computed with coefficients rounded to three places, or
-            # not: 5e-4 on each of two terms.
+            # Four places are printed. D55 and D75 may have coefficients rounded to three places: 5e-4 on each
+            # of two terms.
             tolerance = (1e-3 if name in ("D55", "D75") else 2e-4) * expected + 5e-5
             rows.append(Case("Colorimetry", name, f"{receptor.replace('_', '-')} efficacy", expected,
                              float(value), tolerance, "mW/lm",

@@ -9,7 +9,7 @@ from renderer.readings.colorimetry import colour_of
 from renderer.readings.rendering import black_body
 from renderer.solving.solution import solve
 from renderer.studies.spectrum import lamp_record, resolve
-from renderer.studies.validation.cases import Case, box_room, meter
+from renderer.studies.validation.cases import Case, box_scene, meter
 
 SHARE_446 = 0.420600
 """Of the lumens of two lines of powers 1 (446 nm) and 0.5 (654 nm): V(446)/(V(446) + 0.5 V(654))."""
@@ -56,7 +56,7 @@ def _read(folder: Path, paint: str, lamps: dict[str, float]) -> list[float]:
     points = "".join(f'\n[[luminaires]]\nshape = "point"\ncenter = [2, 2, 2]\nflux = {flux!r}\n'
                      f'spectrum = "{file}"\n' for file, flux in lamps.items())
     meters = meter(2, 2, 1, normal=(0, 0, -1)) + meter(1, 2, 1)
-    scene = box_room(folder, points + meters, paint=paint)
+    scene = box_scene(folder, points + meters, paint=paint)
     return [reading.total_lx for reading in solve(scene, "31", 0.05).photometers()]
 
 

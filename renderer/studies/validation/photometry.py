@@ -1,4 +1,5 @@
-"""Light in rooms: CIE 171:2006, closed rooms, Sumpner's planes, the integrating sphere, the furnace."""
+"""Cases of light in rooms: CIE 171:2006, closed rooms, Sumpner's planes, the integrating sphere, the
+furnace."""
 
 import json
 from pathlib import Path
@@ -10,18 +11,17 @@ from renderer.radiometry.polygons import exchange_areas, polygon_factors
 from renderer.readings.photometer import make_meter
 from renderer.solving.solution import Solution, solve
 from renderer.solving.transport_store import TransportStore
-from renderer.studies.validation.cases import PANEL, Case, box_room, solid
+from renderer.studies.validation.cases import PANEL, Case, box_scene, solid
 from renderer.transport.radiosity.solve import radiosity
 from renderer.transport.transport import compute_transport
 
-ORACLES = json.loads((Path(__file__).parent / "oracles.json").read_text())
-CIE = ORACLES["cie171"]
-AIM = 0.002
-"""Share of a photometric value that it may be off."""
-FACTOR_AIM = 1e-6
-BALANCE_AIM = 1e-6
+PUBLISHED_VALUES = json.loads((Path(__file__).parent / "oracles.json").read_text())
+CIE_171 = PUBLISHED_VALUES["cie171"]
+PHOTOMETRIC_TOLERANCE = 0.002
+"""Largest error of a photometric value, relative to it."""
+BALANCE_TOLERANCE = 1e-6
 UP = (0.0, 0.0, 1.0)
-POINT = """
+POINT_LAMP = """
 [[luminaires]]
 shape = "point"
 center = [2, 2, 2]
@@ -51,9 +51,9 @@ def form_factors(_folder: Path) -> list[Case]:
     upright = np.array([[0, 0, 1.5], [0, 3, 1.5], [2, 3, 1.5], [2, 0, 1.5]])
     across = polygon_factors(origin, np.array([[1.0, 0, 0]]), upright[None])[0]
     got[5:5] = [parallel, across]
-    return [Case("Form factors", entry["case"], "F", entry["value"], float(value), FACTOR_AIM,
+    return [Case("Form factors", entry["case"], "F", entry["value"], float(value), 1e-6,
                  source="Howell, Mengüç, Daun and Siegel, catalogue of configuration factors")
-            for entry, value in zip(ORACLES["form_factors"], got, strict=True)]
+            for entry, value in zip(PUBLISHED_VALUES["form_factors"], got, strict=True)]
 
 
 def cie_171(folder: Path) -> list[Case]:
@@ -63,24 +63,24 @@ def cie_171(folder: Path) -> list[Case]:
 
 
 def _case(number: str, where: str, quantity: str, expected: float, got: float, unit: str) -> Case:
-    # At y = 1.75 m of 5.7 the wall's top lies on the shadow line itself, and rays resolve 16 µm.
+    # At y = 1.75 m of case 5.7 the wall's top lies on the shadow line, and rays resolve 16 µm.
     return Case("CIE 171:2006", f"{number} {where}", quantity, expected, float(got),
-                max(AIM * abs(expected), 1e-3 if number == "5.7" else 1e-6), unit,
+                max(PHOTOMETRIC_TOLERANCE * abs(expected), 1e-3 if number == "5.7" else 1e-6), unit,
                 "closed forms of CIE 171:2006, recomputed where the printed table is wrong (5.7)")
 
 
 def _point_source(folder: Path) -> list[Case]:
     lamp = ('\n[[luminaires]]\nshape = "point"\ndistribution = "lambertian"\ncenter = [4, 4, 3]\n'
             "normal = [0, 0, -1]\nintensity = 1000\n")
-    solution = solve(box_room(folder, lamp, (8, 8, 4), 0.0), "rgb")
-    case = CIE["5.2"]
+    solution = solve(box_scene(folder, lamp, (8, 8, 4), 0.0), "rgb")
+    case = CIE_171["5.2"]
     return [_case("5.2", f"({x:g}, {y:g})", "illuminance", 3 ** 2 * 1000 / (x * x + y * y + 9) ** 2,
                   solution.photometer([4 + x, 4 + y, 0], UP).total_lx, "lx") for x, y in case["points_xy"]]
 
 
 def _area_source(folder: Path) -> list[Case]:
-    solution = solve(box_room(folder, rho=0.0), "rgb")
-    case = CIE["5.3"]
+    solution = solve(box_scene(folder, rho=0.0), "rgb")
+    case = CIE_171["5.3"]
     walls = [_case("5.3", f"wall, z = {z:g} m", "illuminance", e,
                    solution.photometer([2, 0, z], [0, 1, 0]).total_lx, "lx")
              for z, e in zip(case["wall_z"], case["wall_exact"], strict=True)]
@@ -90,16 +90,16 @@ def _area_source(folder: Path) -> list[Case]:
 
 
 def _flux(folder: Path) -> list[Case]:
-    solution = solve(box_room(folder, POINT, rho=0.0), "rgb")
+    solution = solve(box_scene(folder, POINT_LAMP, rho=0.0), "rgb")
     received = solution.transport.exchange.areas @ solution.direct_irradiance
-    return [_case("5.4", "10,000 lm", "flux received over emitted", CIE["5.4"]["exact"],
+    return [_case("5.4", "10,000 lm", "flux received over emitted", CIE_171["5.4"]["exact"],
                   received.sum() / solution.flux.sum(), "1")]
 
 
 def _lit_floor(folder: Path) -> list[Case]:
-    """5.6: a floor that is lit evenly. Its light is set; the meter is the one that users read."""
-    solution = solve(box_room(folder, POINT, rho=0.3), "rgb")
-    case = CIE["5.6"]
+    """5.6: a floor of even exitance, which is set; the meter is the program's own."""
+    solution = solve(box_scene(folder, POINT_LAMP, rho=0.3), "rgb")
+    case = CIE_171["5.6"]
     rows = [("wall, z", z, e, (2, 0, z), (0, 1, 0))
             for z, e in zip(case["wall_z"], case["wall"], strict=True)]
     rows += [("ceiling, y", y, e, (2, y, 3), (0, 0, -1))
@@ -110,10 +110,10 @@ def _lit_floor(folder: Path) -> list[Case]:
 
 
 def _lit_wall(folder: Path) -> list[Case]:
-    """5.7: a wall lit evenly, a black box before it."""
+    """5.7: a wall of even exitance with a black box before it."""
     box = solid("box", (0, 2.5, 0), (4, 0.2, 1), "black")
-    solution = solve(box_room(folder, POINT + box, rho=0.6), "rgb")
-    case = CIE["5.7"]
+    solution = solve(box_scene(folder, POINT_LAMP + box, rho=0.6), "rgb")
+    case = CIE_171["5.7"]
     rows = [("wall, z", z, e, (2, 0, z), (0, 1, 0))
             for z, e in zip(case["wall_z"], case["wall"], strict=True)]
     rows += [("floor, y", y, e, (2, y, 0), UP) for y, e in zip(case["floor_y"], case["floor"], strict=True)]
@@ -123,7 +123,7 @@ def _lit_wall(folder: Path) -> list[Case]:
 
 
 def _from_surface(solution: Solution, name: str, position, normal) -> float:
-    """What a meter receives of a surface that sends 1 from everywhere, and nothing else does."""
+    """Illuminance at a meter from one surface of radiosity 1."""
     mesh, index = solution.transport.mesh, solution.scene.surface_names.index(name)
     meter = make_meter(solution.transport, np.array(position, dtype=float), np.array(normal, dtype=float), "")
     vertices, patches = ((of == index)[:, None].astype(float) for of in (mesh.vertex_surface, mesh.surface))
@@ -131,9 +131,9 @@ def _from_surface(solution: Solution, name: str, position, normal) -> float:
 
 
 def _mean_indirect(folder: Path) -> list[Case]:
-    case, rows = CIE["5.8"], []
+    case, rows = CIE_171["5.8"], []
     for rho in case["rho"]:
-        solution = solve(box_room(folder, POINT, (4, 4, 4), float(rho)), "rgb", 0.05)
+        solution = solve(box_scene(folder, POINT_LAMP, (4, 4, 4), float(rho)), "rgb", 0.05)
         areas = solution.transport.exchange.areas
         indirect = (solution.irradiance - solution.direct_irradiance) @ solution.bands.luminous
         rows.append(_case("5.8", f"ρ = {rho:g}", "mean indirect", 10000 / 96 * rho / (1 - rho),
@@ -142,7 +142,8 @@ def _mean_indirect(folder: Path) -> list[Case]:
 
 
 def closed_rooms(folder: Path) -> list[Case]:
-    """Mean illuminance Φ/(S(1 − ρ)) and energy balance, whatever the shape and what stands in it."""
+    """Mean illuminance Φ/(S(1 − ρ)) and energy balance of rooms of several shapes, with and without
+    objects."""
     crate, ball = solid("box", (0.5, 1, 0), (1.2, 0.7, 1.5)), solid("sphere", (1, 1, 0.5), (0.8, 0.8, 0.8))
     bend = "outline = [[0,0],[5,0],[5,3],[3,3],[3,6],[0,6]]\nheight = 3"
     rooms = {"box": ("", ""), "box with a crate": (crate, ""), "box with a ball": (ball, ""),
@@ -150,43 +151,43 @@ def closed_rooms(folder: Path) -> list[Case]:
     rows = []
     for name, (objects, shape) in rooms.items():
         for rho in (0.2, 0.5, 0.9):
-            solution = solve(box_room(folder, POINT + objects, rho=rho, shape=shape), "rgb", 0.05)
+            solution = solve(box_scene(folder, POINT_LAMP + objects, rho=rho, shape=shape), "rgb", 0.05)
             areas = solution.transport.exchange.areas
             mean = areas @ solution.irradiance @ solution.bands.luminous / areas.sum()
             expected = 10000 / areas.sum() / (1 - rho)
             rows.append(Case("Closed rooms", f"{name}, ρ = {rho:g}", "mean total", expected, float(mean),
-                             BALANCE_AIM * expected, "lx", "Φ/(S(1 − ρ)), what is emitted is absorbed"))
+                             BALANCE_TOLERANCE * expected, "lx", "Φ/(S(1 − ρ)), what is emitted is absorbed"))
             rows.append(Case("Closed rooms", f"{name}, ρ = {rho:g}", "energy balance", 0.0,
-                             solution.energy_balance_error, BALANCE_AIM))
+                             solution.energy_balance_error, BALANCE_TOLERANCE))
     return rows
 
 
 def sphere(folder: Path) -> list[Case]:
-    """An integrating sphere as a meshed room: from everywhere, the same indirect light."""
+    """An integrating sphere as a meshed room: even indirect illuminance."""
     ball = trimesh.creation.icosphere(subdivisions=3, radius=1.0)
     ball.export(folder / "sphere.ply")
     lamp = '\n[[luminaires]]\nshape = "point"\ncenter = [0.3, 0.2, 0.1]\nflux = 1000\n'
     rows, store = [], TransportStore()
     for rho in (0.5, 0.9, 0.98):
-        scene = box_room(folder, lamp, rho=rho, shape='mesh = "sphere.ply"')
+        scene = box_scene(folder, lamp, rho=rho, shape='mesh = "sphere.ply"')
         solution = solve(scene, "rgb", store=store)
         expected = 1000 / scene.room.area * rho / (1 - rho)
         middles = ball.triangles_center[:: len(ball.faces) // 4]
         for k, point in enumerate(middles):
             reading = solution.photometer(point, -point)
             rows.append(Case("Integrating sphere", f"ρ = {rho:g}, facet {k}", "indirect", expected,
-                             reading.indirect_lx, AIM * expected, "lx",
+                             reading.indirect_lx, PHOTOMETRIC_TOLERANCE * expected, "lx",
                              "Φ/S · ρ/(1 − ρ), so with the direct mean the gain is 1/(1 − ρ); 1,280 facets"))
     return rows
 
 
 def planes(folder: Path) -> list[Case]:
-    """Floor and ceiling of a wide room with black walls, the floor lit evenly: Sumpner's sums."""
+    """Floor and ceiling of a wide room with black walls and an evenly lit floor: Sumpner's sums."""
     rows = []
     walls = 'walls = "black"'
     for rho in (0.2, 0.5, 0.8):
         for width in (10, 30, 100):
-            scene = box_room(folder, "", (width, width, 1), rho, walls)
+            scene = box_scene(folder, "", (width, width, 1), rho, walls)
             transport = compute_transport(scene, width / 16, 0, 0)
             names = np.array(scene.surface_names)[transport.mesh.surface]
             lit = (names == "floor").astype(float)[:, None]
@@ -196,12 +197,12 @@ def planes(folder: Path) -> list[Case]:
             for name, expected in (("floor", 1 / (1 - rho**2)), ("ceiling", rho / (1 - rho**2))):
                 at = np.flatnonzero(names == name)
                 got = received[at[middle[at].argmin()], 0]
-                # A crossing loses what the middle sees past the plate's edge, and light from beside it
-                # up to twice that. The mean number of crossings: Σ 2k ρ^2k / Σ ρ^2k to the floor.
+                # A crossing loses the share of the middle's view past the plate's edge, and light from beside
+                # it up to twice that. The mean number of crossings to the floor is Σ 2k ρ^2k / Σ ρ^2k.
                 crossings = 2 * rho**2 / (1 - rho**2) + (name == "ceiling")
                 lost = 2 * (1 - _above_middle(width)) * crossings
                 rows.append(Case("Wide plates", f"ρ = {rho:g}, {width} × {width} × 1 m", name, expected,
-                                 float(got), (lost + AIM) * expected, "E_D",
+                                 float(got), (lost + PHOTOMETRIC_TOLERANCE) * expected, "E_D",
                                  "two infinite planes, W. E. Sumpner 1892; the tolerance is what leaves "
                                  "through the sides"))
     return rows
@@ -219,7 +220,7 @@ def furnace(folder: Path) -> list[Case]:
     crate = solid("box", (0.5, 1, 0), (1.2, 0.7, 1.5))
     rows = []
     for name, objects in (("empty", ""), ("with a crate", crate)):
-        transport = compute_transport(box_room(folder, PANEL + objects), 0.5, 256 if objects else 0, 0)
+        transport = compute_transport(box_scene(folder, PANEL + objects), 0.5, 256 if objects else 0, 0)
         rho = np.random.default_rng(0).uniform(0, 1, (len(transport.mesh.patches), 1))
         # B = ρE + (1 − ρ) with E = 1 is what direct light (1 − ρ)/ρ would give.
         received = radiosity(transport.exchange, rho, (1 - rho) / rho)[1][transport.exchange.areas > 0]

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from renderer.solving.solution import solve
-from renderer.studies.validation.cases import Case, box_room, meter
+from renderer.studies.validation.cases import Case, box_scene, meter
 from renderer.studies.validation.exact.coverage import read
-from renderer.studies.validation.exact.rooms import KINDS
+from renderer.studies.validation.exact.rooms import EXACT_ROOM_KINDS
 
 BARS_ALLOWED = 2.0
 """Error bars that a reading may be off: of forty readings one passes that, 3.9 standard errors, once in 250
@@ -26,7 +26,7 @@ flux = 2500
 def below_an_uplight(folder: Path) -> list[Case]:
     """Light that reaches the floor only by way of the ceiling, past an opaque lamp."""
     meters = "".join(meter(*place, 0) for place in BELOW_UPLIGHT)
-    room = box_room(folder, UPLIGHT + meters, (5, 4, 2.8), 0.8, 'floor = "black"\nwalls = "black"')
+    room = box_scene(folder, UPLIGHT + meters, (5, 4, 2.8), 0.8, 'floor = "black"\nwalls = "black"')
     readings = solve(room, "rgb").photometers()
     return [Case("Rooms known exactly", f"below an uplight, ({x}, {y})", "illuminance", expected,
                  reading.total_lx, BARS_ALLOWED * reading.uncertainty, "lx",
@@ -37,7 +37,7 @@ def below_an_uplight(folder: Path) -> list[Case]:
 def exact_rooms(folder: Path) -> list[Case]:
     """A random room of each kind, asked for 5 %."""
     rows = []
-    for kind in KINDS:
+    for kind in EXACT_ROOM_KINDS:
         for k, (error, bar) in enumerate(read(0, kind, 0.05, folder).rows, 1):
             rows.append(Case("Rooms known exactly", f"{kind}, meter {k}", "reading over truth", 1.0,
                              1 + error, BARS_ALLOWED * bar))

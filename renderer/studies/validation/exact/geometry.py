@@ -1,6 +1,6 @@
-"""Convex bodies, their shadows on a plane, and Lambert's factor of what is seen past one.
+"""Convex bodies, their shadows on a plane, and form factors past a body.
 
-Written for the exact rooms, apart from the code under test: nothing here is shared with `transport`.
+It is independent of the code under test: it shares nothing with `transport`.
 """
 
 from dataclasses import dataclass
@@ -9,31 +9,28 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-NEAREST = 1e-6
-"""What rises to the height of a light or meter casts its shadow from this share below it."""
-
 
 @dataclass(frozen=True)
-class Body:
-    """An opaque convex body, or a flat convex polygon seen from both sides.
+class ConvexBody:
+    """An opaque convex body, or a flat convex polygon with two sides.
 
-    faces : each (c, 3) corners [m], counter-clockwise seen from outside; one face for a polygon
+    faces : corners (c, 3) [m] of each, counter-clockwise seen from outside; one face for a polygon
     """
 
     faces: tuple[np.ndarray, ...]
 
     @cached_property
     def edges(self) -> np.ndarray:
-        """Ends of the edges (k, 2, 3) [m], those of two faces twice."""
+        """Ends (k, 2, 3) [m] of the edges of all faces."""
         return np.concatenate([np.stack([f, np.roll(f, -1, axis=0)], axis=1) for f in self.faces])
 
     def blocks(self, a: np.ndarray, b: np.ndarray) -> bool:
-        """Whether the segment from a to b (3,) passes through it."""
+        """Whether the segment from a to b (3,) passes through the body."""
         return any(_crosses(face, a, b) for face in self.faces)
 
 
 def normal_of(polygon: np.ndarray) -> np.ndarray:
-    """Unit normal (3,) of a flat polygon (c, 3), toward where it is counter-clockwise."""
+    """Unit normal (3,) of a flat polygon (c, 3), toward the side of counter-clockwise corners."""
     away = polygon - polygon[0]
     n = np.cross(away[1:-1], away[2:]).sum(axis=0)
     return n / np.linalg.norm(n)
@@ -49,13 +46,14 @@ def _crosses(face: np.ndarray, a: np.ndarray, b: np.ndarray) -> bool:
     return bool((sides > 0).all())
 
 
-def box(corner, size, turned: float = 0.0) -> Body:
-    """A box (corner, size [m]) turned by degrees about z through that corner, as scene files have it."""
+def box(corner, size, turned: float = 0.0) -> ConvexBody:
+    """A box with a lowest corner and a size [m], turned by degrees about z through the corner, as in scene
+    files."""
     u, v = np.array([[size[0], 0, 0], [0, size[1], 0]], dtype=float) @ _turn(turned).T
     foot = np.asarray(corner, dtype=float) + np.array([[0, 0, 0], u, u + v, v])
     top = foot + [0, 0, size[2]]
     sides = [np.array([foot[k - 1], foot[k], top[k], top[k - 1]]) for k in range(4)]
-    return Body((foot[::-1], top, *sides))
+    return ConvexBody((foot[::-1], top, *sides))
 
 
 def _turn(degrees: float) -> np.ndarray:
@@ -64,7 +62,7 @@ def _turn(degrees: float) -> np.ndarray:
 
 
 class Plane:
-    """The plane of a flat polygon (c, 3) [m]: places on it as two coordinates from its first corner."""
+    """The plane of a flat polygon (c, 3) [m], with two coordinates from the polygon's first corner."""
 
     def __init__(self, polygon: np.ndarray):
         self.origin, self.normal = polygon[0], normal_of(polygon)
@@ -82,14 +80,17 @@ class Plane:
         return self.origin + places @ self.axes
 
     def height(self, points: np.ndarray) -> np.ndarray:
-        """How far points (…, 3) are before it (…) [m]."""
+        """Height (…) [m] of points (…, 3) over the plane."""
         return (points - self.origin) @ self.normal
 
-    def shadow(self, body: Body, light: np.ndarray):
-        """What of the plane a body hides from a point (3,) before it, as a polygon."""
+    def shadow(self, body: ConvexBody, light: np.ndarray):
+        """The shadow of a body on the plane, from a point (3,) before it, as a polygon.
+
+        The body is cut off just below the height of the point.
+        """
         top = self.height(light)
         edges = body.edges
-        ends = _below(edges, self.height(edges), top * (1 - NEAREST))
+        ends = _below(edges, self.height(edges), top * (1 - 1e-6))
         if not len(ends):
             return shapely.Polygon()
         reach = ends - light
@@ -97,7 +98,7 @@ class Plane:
         return shapely.MultiPoint(self.flat(hit)).convex_hull
 
     def before(self, point: np.ndarray, normal: np.ndarray):
-        """What of the plane is before another plane, as a polygon of a great size."""
+        """The part of the plane before another plane, as a large polygon."""
         n, c = self.axes @ normal, (self.origin - point) @ normal
         size, far = np.linalg.norm(n), 1e4
         if size < 1e-12:
@@ -108,7 +109,7 @@ class Plane:
 
 
 def _below(edges: np.ndarray, height: np.ndarray, limit: float) -> np.ndarray:
-    """Ends (k, 3) of the parts of edges that are at most so high."""
+    """Ends (k, 3) of the parts of edges up to a height."""
     low = height <= limit
     cut = np.flatnonzero(low[:, 0] != low[:, 1])
     share = (limit - height[cut, 0]) / (height[cut, 1] - height[cut, 0])
@@ -117,7 +118,7 @@ def _below(edges: np.ndarray, height: np.ndarray, limit: float) -> np.ndarray:
 
 
 def clipped(polygon: np.ndarray, point: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """What of a convex polygon (c, 3) is before a plane (d, 3)."""
+    """The part (d, 3) of a convex polygon (c, 3) before a plane."""
     height, kept = (polygon - point) @ normal, []
     for k in range(len(polygon)):
         a, b, up, down = polygon[k - 1], polygon[k], height[k - 1], height[k]
@@ -129,10 +130,9 @@ def clipped(polygon: np.ndarray, point: np.ndarray, normal: np.ndarray) -> np.nd
 
 
 def factor(points: np.ndarray, normal: np.ndarray, polygon: np.ndarray,
-           body: Body | None = None) -> np.ndarray:
-    """Form factor (k,) from points (k, 3) that face along a unit normal (3,) to a convex polygon's front
-    (c, 3), less what a body before the polygon hides (Lambert, Photometria, 1760).
-    """
+           body: ConvexBody | None = None) -> np.ndarray:
+    """Form factor (k,) from points (k, 3) with a unit normal (3,) to the front of a convex polygon (c, 3),
+    without the part that a body before the polygon hides (J. H. Lambert, Photometria, 1760)."""
     facing = normal_of(polygon)
     edges = _edges(points, polygon)
     edges = _cut(*edges, np.broadcast_to(normal, points.shape))
@@ -153,13 +153,13 @@ def factor(points: np.ndarray, normal: np.ndarray, polygon: np.ndarray,
 
 
 def _edges(points: np.ndarray, polygon: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Starts and ends (k, c, 3) of a polygon's edges as seen from points, and which there are (k, c)."""
+    """Starts and ends (k, c, 3) of a polygon's edges relative to points, and their validity (k, c)."""
     start = polygon[None] - points[:, None]
     return start, np.roll(start, -1, axis=1), np.ones(start.shape[:2], dtype=bool)
 
 
 def _cut(start: np.ndarray, end: np.ndarray, valid: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, ...]:
-    """What of convex polygons (k, c edges) is before planes through the eye of normals (k, 3)."""
+    """The edges of convex polygons (k, c edges) before planes through the origin with normals (k, 3)."""
     a, b = (np.einsum("kci,ki->kc", x, normal) for x in (start, end))
     into, out = valid & (a < 0) & (b >= 0), valid & (a >= 0) & (b < 0)
     fall = np.where(into | out, a - b, 1.0)

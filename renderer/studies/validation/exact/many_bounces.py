@@ -1,8 +1,8 @@
-"""Two parallel faces that reflect between black walls, under a point lamp: light goes to and fro without end.
+"""Two parallel reflecting faces between black walls, under a point lamp, with all bounces.
 
-With nothing between the faces kernel and light are smooth, so that Nyström's method on Gauss' nodes converges
-as fast as a power of the nodes' number (K. E. Atkinson, The Numerical Solution of Integral Equations of the
-Second Kind, 1997, ch. 4).
+Without objects between the faces, kernel and light are smooth, and Nyström's method on Gauss' nodes converges
+as a power of the number of nodes (K. E. Atkinson, The Numerical Solution of Integral Equations of the Second
+Kind, 1997, ch. 4).
 """
 
 from dataclasses import dataclass
@@ -15,19 +15,20 @@ from renderer.studies.validation.exact.one_bounce import Lamp
 from renderer.studies.validation.exact.quadrature import integral, region_triangles
 
 NODES = 24
-"""Along each side. With lamps a third of the gap from either face or more, sides of two gaps, 32 differ by
-1e-7."""
+"""Nodes along each side. With lamps at least a third of the gap from either face and sides of up to two gaps,
+32 nodes give results within 1e-7."""
 
 
 @dataclass(frozen=True)
 class ParallelFaces:
-    """Two rectangles (4, 3) [m] that face each other, and what they reflect, under a point lamp between."""
+    """Two rectangles (4, 3) [m] that face each other, with their reflectances, and a point lamp between
+    them."""
 
     lamp: Lamp
     faces: tuple[tuple[np.ndarray, float], tuple[np.ndarray, float]]
 
     def illuminance(self, position: np.ndarray, normal: np.ndarray) -> float:
-        """At a point (3,) [m] on a plane of a unit normal (3,) [lx]."""
+        """Illuminance [lx] at a point (3,) [m] with a unit normal (3,)."""
         light = float(self.lamp.illuminance(position[None], normal)[0])
         return light + sum(self._reflected(position, normal, k) for k in (0, 1))
 
@@ -47,7 +48,7 @@ class ParallelFaces:
         return rho / np.pi * integral(brought, region_triangles(region))
 
     def _received(self, points: np.ndarray, normal: np.ndarray, k: int) -> np.ndarray:
-        """On one face [lx]: the lamp's light, and what the other face sends."""
+        """Illuminance (k,) [lx] on one face, from the lamp and from the other face."""
         at, weights = self._nodes[1 - k]
         kernel = _kernel(points, normal, at, self._normals[1 - k])
         return self.lamp.illuminance(points, normal) + kernel @ (weights * self._radiosity[1 - k])
@@ -69,7 +70,7 @@ class ParallelFaces:
 
     @cached_property
     def _radiosity(self) -> list[np.ndarray]:
-        """At the nodes of each face [lm/m²]."""
+        """Radiosity [lm/m²] at the nodes of each face."""
         (a, wa), (b, wb) = self._nodes
         na, nb = self._normals
         rho = [rho for _, rho in self.faces]
@@ -87,7 +88,7 @@ class ParallelFaces:
 
 
 def _kernel(points: np.ndarray, normal: np.ndarray, at: np.ndarray, facing: np.ndarray) -> np.ndarray:
-    """cos θ cos θ' / π r² (k, m) [m⁻²] between points (k, 3) and places (m, 3) of faces."""
+    """Kernel cos θ cos θ' / π r² (k, m) [m⁻²] between points (k, 3) and places (m, 3)."""
     reach = at[None] - points[:, None]
     r2 = (reach * reach).sum(axis=2)
     return (reach @ normal).clip(0) * (-(reach @ facing)).clip(0) / (np.pi * r2 * r2)

@@ -1,15 +1,15 @@
-"""Illuminance in rooms whose light is reflected once: everything is black but flat faces that do not see
-each other, so that E = E_direct + Σ_faces ρ ∫ E_direct(x) cos θ cos θ' / π r² dA over what the meter sees.
+"""Illuminance in rooms with one bounce: all surfaces are black except flat faces that do not see each other.
 
-Shadows are polygons in closed form, light on the faces is Lambert's formula less what a body hides, and what
-is left is integrated to 1e-9.
+Then E = E_direct + Σ_faces ρ ∫ E_direct(x) cos θ cos θ' / π r² dA over the visible part of each face. Shadows
+are polygons in closed form, the illuminance of the faces is Lambert's formula without the hidden part, and
+the integral is computed to 1e-8.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.studies.validation.exact.geometry import Body, Plane, factor, normal_of
+from renderer.studies.validation.exact.geometry import ConvexBody, Plane, factor, normal_of
 from renderer.studies.validation.exact.quadrature import integral, region_triangles
 
 
@@ -17,8 +17,10 @@ from renderer.studies.validation.exact.quadrature import integral, region_triang
 class Lamp:
     """One luminaire.
 
-    flux [lm]; center : (3,) [m]; normal : (3,) unit, or None for a point that shines alike all round;
-    outline : (c, 3) [m] of a flat one, counter-clockwise seen from its front; None for a point
+    flux : [lm]
+    center : (3,) [m]
+    normal : (3,) unit vector; None for an isotropic point
+    outline : (c, 3) [m] of a flat luminaire, counter-clockwise seen from its front; None for a point
     """
 
     flux: float
@@ -28,12 +30,15 @@ class Lamp:
 
     @property
     def area(self) -> float:
-        """Area of its face [m²]."""
+        """Area of the face [m²]."""
         edges = self.outline - self.outline[0]
         return float(np.linalg.norm(np.cross(edges[1:-1], edges[2:]).sum(axis=0))) / 2
 
-    def illuminance(self, points: np.ndarray, normal: np.ndarray, body: Body | None = None) -> np.ndarray:
-        """On planes of one unit normal (3,) at points (k, 3) [lx]; of a flat one, less what a body hides."""
+    def illuminance(
+        self, points: np.ndarray, normal: np.ndarray, body: ConvexBody | None = None
+    ) -> np.ndarray:
+        """Illuminance (k,) [lx] at points (k, 3) with one unit normal (3,); body : hides part of a flat
+        luminaire."""
         if self.outline is not None:
             return self.flux / self.area * factor(points, normal, self.outline, body)
         away = points - self.center
@@ -46,32 +51,32 @@ class Lamp:
 
 @dataclass(frozen=True)
 class OneBounce:
-    """A room of which only some faces reflect.
+    """A room with some reflecting faces.
 
-    faces : (polygon (c, 3) counter-clockwise seen from the room, reflectance) of each
-    bodies : what stands in the room, the bodies whose faces reflect among them
-    A flat lamp may have one body before it.
+    faces : polygon (c, 3), counter-clockwise seen from the room, and reflectance of each
+    bodies : all bodies in the room, also those with reflecting faces; at most one may stand before a flat
+        lamp
     """
 
     lamp: Lamp
     faces: tuple[tuple[np.ndarray, float], ...]
-    bodies: tuple[Body, ...] = ()
+    bodies: tuple[ConvexBody, ...] = ()
 
     def illuminance(self, position: np.ndarray, normal: np.ndarray) -> float:
-        """At a point (3,) [m] on a plane of a unit normal (3,) [lx]."""
+        """Illuminance [lx] at a point (3,) [m] with a unit normal (3,)."""
         return self.direct(position, normal) + sum(
             self._reflected(position, normal, *face) for face in self.faces)
 
     def direct(self, position: np.ndarray, normal: np.ndarray) -> float:
-        """Straight from the lamp [lx]."""
+        """Illuminance [lx] from the lamp alone."""
         lamp, bodies = self.lamp, self.bodies
         if lamp.outline is None and any(body.blocks(lamp.center, position) for body in bodies):
             return 0.0
         body = self._before(lamp) if lamp.outline is not None else None
         return float(lamp.illuminance(position[None], normal, body)[0])
 
-    def _before(self, lamp: Lamp) -> Body | None:
-        """The one body of which some is before a flat lamp."""
+    def _before(self, lamp: Lamp) -> ConvexBody | None:
+        """The body before a flat lamp; None for none. Raises ValueError for several."""
         some = [b for b in self.bodies
                 if ((np.concatenate(b.faces) - lamp.outline[0]) @ normal_of(lamp.outline)).max() > 1e-9]
         if len(some) > 1:
@@ -79,7 +84,7 @@ class OneBounce:
         return some[0] if some else None
 
     def _reflected(self, position: np.ndarray, normal: np.ndarray, polygon: np.ndarray, rho: float) -> float:
-        """By way of one face [lx]."""
+        """Illuminance [lx] by way of one face."""
         plane, lamp = Plane(polygon), self.lamp
         if plane.height(position) <= 1e-9:
             return 0.0
@@ -93,7 +98,7 @@ class OneBounce:
             for each in others:
                 region = region.difference(plane.shadow(each, lamp.center))
         else:
-            others = [*others, Body((lamp.outline,))]
+            others = [*others, ConvexBody((lamp.outline,))]
             body = self._before(lamp)
             body = None if body is own else body
             if body is not None:
@@ -113,13 +118,16 @@ class OneBounce:
         return rho / np.pi * integral(brought, region_triangles(region, lines))
 
 
-def _owner(bodies: tuple[Body, ...], polygon: np.ndarray) -> Body | None:
+def _owner(bodies: tuple[ConvexBody, ...], polygon: np.ndarray) -> ConvexBody | None:
     return next((b for b in bodies if any(face is polygon for face in b.faces)), None)
 
 
-def penumbra_lines(plane: Plane, outline: np.ndarray, body: Body) -> np.ndarray:
-    """Lines of a plane (m, 2, 2), a place and a direction each, along which the light of a flat lamp past a
-    body has a kink: each holds a corner of one and an edge of the other, or is a face's own plane."""
+def penumbra_lines(plane: Plane, outline: np.ndarray, body: ConvexBody) -> np.ndarray:
+    """Lines (m, 2, 2) of a plane, a place and a direction each, with a kink of the illuminance by a flat lamp
+    past a body.
+
+    Each lies in a plane through a corner of the one and an edge of the other, or in the plane of a face.
+    """
     corners, edges = np.unique(np.concatenate(body.faces).round(12), axis=0), body.edges
     edges = edges[_first_of_each(edges)]
     sides = np.stack([outline, np.roll(outline, -1, axis=0)], axis=1)

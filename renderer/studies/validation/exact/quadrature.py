@@ -1,33 +1,27 @@
-"""Integrals over flat polygons: by Gauss' rule on triangles, halved until the integral settles."""
+"""Integrals over flat polygons by Gauss' rule on triangles, which are divided until the integral
+converges."""
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import shapely
 
-NODES = 7
-"""Of Gauss' rule along each side of a triangle."""
-RELATIVE = 1e-8
-"""Of the integral, at which halving stops."""
-DEEPEST = 24
-TRIANGLES_AT_ONCE = 2000
 
-
+@cache
 def _rule() -> tuple[np.ndarray, np.ndarray]:
-    """Places (m, 2) and weights (m,) of the unit triangle, whose area is 1/2 (P. C. Duffy's map)."""
-    x, w = np.polynomial.legendre.leggauss(NODES)
+    """Places (49, 2) and weights (49,) on the unit triangle, whose area is 1/2, by Duffy's map of Gauss'
+    rule."""
+    x, w = np.polynomial.legendre.leggauss(7)
     x, w = (x + 1) / 2, w / 2
     s, t = (each.ravel() for each in np.meshgrid(x, x, indexing="ij"))
     return np.stack([s * (1 - t), s * t], axis=1), (np.outer(w * x, w)).ravel()
 
 
-PLACES, WEIGHTS = _rule()
-
-
 def integral(integrand: Callable[[np.ndarray], np.ndarray], triangles: np.ndarray) -> float:
-    """∫ over triangles (k, 3, 2) of a function from places (n, 2) to values (n,)."""
+    """Integral over triangles (k, 3, 2) of a function from places (n, 2) to values (n,), to 1e-8 of it."""
     whole, total, left = _by_rule(integrand, triangles), 0.0, triangles
-    for _ in range(DEEPEST):
+    for _ in range(24):
         if not len(left):
             break
         halves = _quarters(left)
@@ -35,19 +29,19 @@ def integral(integrand: Callable[[np.ndarray], np.ndarray], triangles: np.ndarra
         each = finer.reshape(-1, 4)
         apart = np.abs(each.sum(axis=1) - whole)
         size = abs(total) + np.abs(each).sum()
-        wide = apart > RELATIVE * size / max(len(left), 32)
+        wide = apart > 1e-8 * size / max(len(left), 32)
         total += each[~wide].sum()
         left, whole = halves.reshape(-1, 4, 3, 2)[wide].reshape(-1, 3, 2), each[wide].ravel()
     return float(total + whole.sum())
 
 
 def _by_rule(integrand, triangles: np.ndarray) -> np.ndarray:
-    values = []
-    for start in range(0, len(triangles), TRIANGLES_AT_ONCE):
-        a, b, c = np.moveaxis(triangles[start:start + TRIANGLES_AT_ONCE], 1, 0)
-        at = a[:, None] + PLACES[:, :1] * (b - a)[:, None] + PLACES[:, 1:] * (c - a)[:, None]
+    values, step, (places, weights) = [], 2000, _rule()
+    for start in range(0, len(triangles), step):
+        a, b, c = np.moveaxis(triangles[start:start + step], 1, 0)
+        at = a[:, None] + places[:, :1] * (b - a)[:, None] + places[:, 1:] * (c - a)[:, None]
         area2 = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-        values.append(integrand(at.reshape(-1, 2)).reshape(len(a), -1) @ WEIGHTS * area2)
+        values.append(integrand(at.reshape(-1, 2)).reshape(len(a), -1) @ weights * area2)
     return np.concatenate(values) if values else np.zeros(0)
 
 
@@ -59,7 +53,7 @@ def _quarters(triangles: np.ndarray) -> np.ndarray:
 
 
 def region_triangles(region, lines: np.ndarray | None = None) -> np.ndarray:
-    """Triangles (k, 3, 2) that make up a region of the plane, cut along lines too.
+    """Triangles (k, 3, 2) of a region of the plane, cut along lines.
 
     lines : (m, 2, 2), a place on each and its direction
     """

@@ -1,26 +1,25 @@
-"""Rooms drawn at random whose readings are known exactly, as scene files a user might have written."""
+"""Random rooms with exactly known readings, as scene files."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from renderer.studies.validation.exact.geometry import Body, box, normal_of
+from renderer.studies.validation.exact.geometry import ConvexBody, box, normal_of
 from renderer.studies.validation.exact.many_bounces import ParallelFaces
 from renderer.studies.validation.exact.one_bounce import Lamp, OneBounce
 
-METERS = 4
 FACES = ("floor", "ceiling", "wall_x0", "wall_x1", "wall_y0", "wall_y1")
-DISC_CORNERS = 64
-"""A disc is a polygon of its area, here as in the program: so near a disc that 1e-4 of its light differs."""
 
 
 @dataclass(frozen=True)
 class ExactRoom:
-    """A scene file and what its photometers read.
+    """A scene file and the true readings of its photometers.
 
-    kind : of room; text : the scene file; truths : (k,) [lx]; sheet : of the file sheet.obj beside it, if
-    any
+    kind : of room
+    text : the scene file
+    truths : (k,) [lx]
+    sheet : of the file sheet.obj beside it; "" for none
     """
 
     kind: str
@@ -30,10 +29,10 @@ class ExactRoom:
 
 
 def exact_room(seed: int, kind: str | None = None) -> ExactRoom:
-    """The room of that seed, of one of KINDS or of each in turn."""
-    kind = kind or list(KINDS)[seed % len(KINDS)]
-    random = np.random.default_rng((seed, list(KINDS).index(kind)))
-    return KINDS[kind](random, kind)
+    """The room of a seed, of one of EXACT_ROOM_KINDS; of each in turn for None."""
+    kind = kind or list(EXACT_ROOM_KINDS)[seed % len(EXACT_ROOM_KINDS)]
+    random = np.random.default_rng((seed, list(EXACT_ROOM_KINDS).index(kind)))
+    return EXACT_ROOM_KINDS[kind](random, kind)
 
 
 def _face(size: np.ndarray, name: str) -> np.ndarray:
@@ -55,9 +54,10 @@ def _size(random: np.random.Generator) -> np.ndarray:
 
 
 def _meters(random, size: np.ndarray, bodies=(), lamp: Lamp | None = None) -> list[tuple]:
-    """Positions and unit normals: on the floor, near the lamp's foot, on a wall, free in the room."""
+    """Positions and unit normals of four meters: on the floor, below the lamp, on a wall, free in the
+    room."""
     found = []
-    while len(found) < METERS:
+    while len(found) < 4:
         position, normal = random.uniform(0.04, 0.96, 3) * size, np.array([0.0, 0.0, 1.0])
         kind = len(found) % 4
         if kind == 0:
@@ -76,7 +76,7 @@ def _meters(random, size: np.ndarray, bodies=(), lamp: Lamp | None = None) -> li
 
 
 def _clear(position: np.ndarray, bodies, lamp: Lamp | None, gap: float = 0.03) -> bool:
-    """Whether a point keeps away from bodies and the lamp, where readings have a jump."""
+    """Whether a point is at a distance from bodies and from the lamp, where readings have a jump."""
     for body in bodies:
         if len(body.faces) > 1 and all((position - f[0]) @ normal_of(f) < gap for f in body.faces):
             return False
@@ -100,9 +100,9 @@ def _flat(random, size: np.ndarray, up: bool, disc: bool = False) -> Lamp:
     """An uplight or a pendant."""
     extent = random.uniform(0.08, 0.3, 2) * size[:2].min()
     center = random.uniform([0.3, 0.3, 0.4], [0.7, 0.7, 0.8]) * size
-    if disc:
-        angle = 2 * np.pi * np.arange(DISC_CORNERS) / DISC_CORNERS
-        swell = np.sqrt(2 * np.pi / DISC_CORNERS / np.sin(2 * np.pi / DISC_CORNERS))
+    if disc:  # a 64-gon of its area, as in the program: 1e-4 of the light nearby differs
+        angle = 2 * np.pi * np.arange(64) / 64
+        swell = np.sqrt(2 * np.pi / 64 / np.sin(2 * np.pi / 64))
         rim = extent[0] / 2 * swell * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     else:
         rim = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) / 2 * [*extent, 0]
@@ -111,7 +111,7 @@ def _flat(random, size: np.ndarray, up: bool, disc: bool = False) -> Lamp:
 
 
 def _boxes(random, size: np.ndarray, lamp: Lamp, count: int) -> list[tuple]:
-    """Crates, partitions, tables, louvres: (corner, size, turned) each, clear of the lamp."""
+    """Crates, partitions, tables or louvres at a distance from the lamp: corner, size and angle of each."""
     kind = random.choice(["crate", "partition", "table", "louvre"])
     found = []
     if kind == "louvre":
@@ -140,7 +140,7 @@ def _boxes(random, size: np.ndarray, lamp: Lamp, count: int) -> list[tuple]:
 
 
 def _apart(boxes, lamp: Lamp) -> bool:
-    """Whether boxes are clear of each other, and of the lamp."""
+    """Whether boxes are at a distance from each other and from the lamp."""
     bounds = [np.array([np.concatenate(box(*b).faces).min(axis=0), np.concatenate(box(*b).faces).max(axis=0)])
               for b in boxes]
     if lamp.outline is not None or lamp.center is not None:
@@ -154,7 +154,7 @@ def _apart(boxes, lamp: Lamp) -> bool:
 
 
 def _shadows(random, kind: str) -> ExactRoom:
-    """A point lamp, things in its way, one bright face."""
+    """A point lamp, obstacles, and one bright face."""
     size = _size(random)
     lamp = _point(random, size, bool(random.integers(2)))
     boxes = _boxes(random, size, lamp, int(random.integers(1, 4)))
@@ -175,7 +175,7 @@ def _lit_flat(random, kind: str, up: bool, disc: bool = False, boxes_too: bool =
 
 
 def _white_box(random, kind: str) -> ExactRoom:
-    """A bright crate in a black room: its faces do not see each other."""
+    """A bright crate in a black room; its faces do not see each other."""
     size = _size(random)
     lamp = _flat(random, size, False) if random.integers(2) else _point(random, size, False)
     boxes = _boxes(random, size, lamp, 1)[:1]
@@ -197,7 +197,7 @@ def _sheet(random, kind: str) -> ExactRoom:
         inside = ((sheet > 0.05) & (sheet < size - 0.05)).all()
         if inside and (height.min() > 0.1 or height.max() < -0.1):
             break
-    body, rho = Body((sheet, sheet[::-1])), float(random.uniform(0.3, 0.95))
+    body, rho = ConvexBody((sheet, sheet[::-1])), float(random.uniform(0.3, 0.95))
     bright = "thing" if random.integers(2) else str(random.choice(FACES))
     polygons = body.faces if bright == "thing" else (_face(size, bright),)
     room = OneBounce(lamp, tuple((polygon, rho) for polygon in polygons), (body,))
@@ -209,7 +209,7 @@ def _sheet(random, kind: str) -> ExactRoom:
 
 
 def _to_and_fro(random, kind: str) -> ExactRoom:
-    """Floor and ceiling, or two walls, that reflect between black walls, under a point lamp."""
+    """Two opposite reflecting faces between black ones, under a point lamp."""
     size = random.uniform([2.5, 2.5, 2.2], [5, 5, 4])
     lamp = Lamp(float(random.uniform(500, 8000)), random.uniform(0.35, 0.65, 3) * size)
     pair = [("floor", "ceiling"), ("wall_x0", "wall_x1"), ("wall_y0", "wall_y1")][random.integers(3)]
@@ -219,7 +219,7 @@ def _to_and_fro(random, kind: str) -> ExactRoom:
 
 
 def _corner(random, kind: str) -> ExactRoom:
-    """An L-shaped room with a bright floor or ceiling: the corner stands in the way as a box would."""
+    """An L-shaped room with a bright floor or ceiling; its corner is an obstacle like a box."""
     size = _size(random)
     notch = random.uniform(0.25, 0.6, 2) * size[:2]
     body = box([*(size[:2] - notch), 0.0], [*notch, size[2]])
@@ -236,8 +236,8 @@ def _corner(random, kind: str) -> ExactRoom:
 
 
 def _furnace(random, kind: str) -> ExactRoom:
-    """Only a luminous panel in the ceiling absorbs, and sends as much: everywhere, whatever stands in the
-    room and wherever a meter faces, its exitance arrives."""
+    """A room whose only absorber is a luminous panel in the ceiling: the illuminance equals the panel's
+    exitance everywhere and in all directions."""
     size = _size(random)
     extent = random.uniform(0.3, 0.6, 2) * size[:2]
     center = np.append(random.uniform(0.4, 0.6, 2) * size[:2], size[2])
@@ -252,7 +252,7 @@ def _furnace(random, kind: str) -> ExactRoom:
                      np.full(len(meters), flux / extent.prod()))
 
 
-KINDS: dict[str, Callable[[np.random.Generator, str], ExactRoom]] = {
+EXACT_ROOM_KINDS: dict[str, Callable[[np.random.Generator, str], ExactRoom]] = {
     "uplight": lambda random, kind: _lit_flat(random, kind, True),
     "pendant": lambda random, kind: _lit_flat(random, kind, False),
     "shadows": _shadows,
@@ -264,7 +264,7 @@ KINDS: dict[str, Callable[[np.random.Generator, str], ExactRoom]] = {
     "furnace": _furnace,
     "sheet": _sheet,
 }
-"""Rooms by kind, each drawn from a random generator."""
+"""Functions that draw a room of each kind from a random generator."""
 
 
 def _written(kind: str, size, lamp: Lamp, room, meters, paint: dict[str, float], boxes,
@@ -274,7 +274,7 @@ def _written(kind: str, size, lamp: Lamp, room, meters, paint: dict[str, float],
 
 
 def _text(kind: str, size, lamp: Lamp, meters, paint: dict[str, float], boxes, outline: str = "") -> str:
-    """The scene file: whatever `paint` does not name is black."""
+    """The scene file; surfaces without an entry in `paint` are black."""
     names = ("floor", "ceiling", "walls") if outline else FACES
     lines = [f'title = "{kind}"', "[room]", outline or f"size = {_list(size)}"]
     lines += [f'{name} = "{name if name in paint else "black"}"' for name in names]
