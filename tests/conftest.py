@@ -22,7 +22,34 @@ def toml(value) -> str:
         return "{" + ", ".join(f"{k} = {toml(v)}" for k, v in value.items()) + "}"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(toml(v) for v in value) + "]"
-    return json.dumps(value) if isinstance(value, (str, bool)) else repr(float(value))
+    return json.dumps(value) if isinstance(value, (str, bool, int)) else repr(float(value))
+
+
+def scene_text(table: dict) -> str:
+    """The table of a scene as the text of a scene file, with a section for each material."""
+    lines = []
+    for name, part in table.items():
+        if isinstance(part, str):
+            lines += [f"{name} = {toml(part)}"]
+            continue
+        head, parts = (f"[{name}]", [part]) if isinstance(part, dict) else (f"[[{name}]]", part)
+        if name == "materials":
+            for material, keys in part.items():
+                lines += [f"[materials.{material}]", *(f"{k} = {toml(v)}" for k, v in keys.items())]
+            continue
+        for each in parts:
+            lines += [head, *(f"{k} = {toml(v)}" for k, v in each.items())]
+    return "\n".join(lines) + "\n"
+
+
+POINT_LIT = {
+    "title": "T",
+    "room": {"size": [4, 4, 3], "floor": "g", "walls": "g", "ceiling": "g"},
+    "materials": {"g": {"reflectance": 0.5}},
+    "luminaires": [{"shape": "point", "center": [2, 2, 2.5], "flux": 1000}],
+    "photometers": [{"name": "p", "position": [2, 2, 0]}],
+}
+"""The table of a room with a point luminaire and a photometer on the floor."""
 
 
 PANEL = {"shape": "rectangle", "center": [2.0, 2.0, 3.0], "normal": [0, 0, -1], "size": [1.0, 1.0],
@@ -59,14 +86,8 @@ def room_file(tmp_path):
     count = iter(range(1000))
 
     def make(*args, **more) -> Scene:
-        table = room_table(*args, **more)
-        lines = []
-        for name, part in table.items():
-            for each in [part] if isinstance(part, dict) else part:
-                lines += [f"[{name}]" if isinstance(part, dict) else f"[[{name}]]"]
-                lines += [f"{k} = {v if type(v) is int else toml(v)}" for k, v in each.items()]
         path = tmp_path / f"scene{next(count)}.toml"
-        path.write_text("\n".join(lines))
+        path.write_text(scene_text(room_table(*args, **more)))
         return load(path)
 
     return make

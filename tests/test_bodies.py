@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from conftest import POINT_LIT
 
 import renderer
 from renderer.colour.materials import Material
@@ -13,34 +14,15 @@ from renderer.scene.scene import Body
 from renderer.solving.plan import make_plan
 from renderer.transport.mesh.build import build_mesh
 
-ROOM = """
-[room]
-size = [4, 4, 3]
-floor = "g"
-walls = "g"
-ceiling = "g"
-[materials.g]
-reflectance = 0.5
-[[luminaires]]
-shape = "point"
-center = [0.5, 0.5, 2.7]
-flux = 10000
-"""
-METERS = """
-[[photometers]]
-name = "wall"
-position = [0, 3.5, 1]
-normal = [1, 0, 0]
-[[photometers]]
-name = "ceiling"
-position = [3, 3, 3]
-normal = [0, 0, -1]
-"""
+ROOM = {**POINT_LIT, "luminaires": [{"shape": "point", "center": [0.5, 0.5, 2.7], "flux": 10000}]}
+METERS = [
+    {"name": "wall", "position": [0, 3.5, 1], "normal": [1, 0, 0]},
+    {"name": "ceiling", "position": [3, 3, 3], "normal": [0, 0, -1]},
+]
 
 
 def box(position, size):
-    return (f'[[objects]]\nname = "{position}"\nshape = "box"\nposition = {list(position)}\n'
-            f'size = {list(size)}\nmaterial = "g"\n')
+    return {"name": str(position), "shape": "box", "position": position, "size": size, "material": "g"}
 
 
 def quad(*corners):
@@ -48,11 +30,9 @@ def quad(*corners):
 
 
 @pytest.fixture
-def scene(tmp_path):
+def scene():
     def make(*objects, sheets=(), rho=0.5, meters=METERS):
-        path = tmp_path / "scene.toml"
-        path.write_text(ROOM + "".join(objects) + meters)
-        scene = renderer.load(path)
+        scene = renderer.load({**ROOM, "objects": objects, "photometers": meters})
         bodies = [Body(f"sheet {k}", mesh, False) for k, mesh in enumerate(sheets)]
         materials = [Material(body.name, flat=rho) for body in bodies]
         return replace(scene, bodies=scene.bodies + bodies, materials=scene.materials + materials)
@@ -104,8 +84,7 @@ def test_faces_buried_in_a_third_solid_exchange_no_light(scene):
 
 
 def test_a_sphere_sunk_in_the_floor_ends_at_the_floor(scene):
-    ball = '[[objects]]\nname = "ball"\nshape = "sphere"\nposition = [1, 1, -0.5]\nsize = [1, 1, 1]\n'
-    ball += 'material = "g"\n'
+    ball = {**box((1, 1, -0.5), (1, 1, 1)), "name": "ball", "shape": "sphere"}
     areas = exposed_areas(scene(ball))
     mesh = scene(ball).bodies[0].mesh
     above = mesh.slice_plane([0, 0, 0], [0, 0, 1])
@@ -126,8 +105,7 @@ def test_a_sheet_has_two_sides_and_its_light_is_that_of_a_thin_box(scene):
 
 
 def test_a_sheet_from_wall_to_wall_lets_no_light_through(scene):
-    below = '[[photometers]]\nposition = [2, 2, 0]\n'
-    below += '[[photometers]]\nposition = [2, 2, 1]\nnormal = [0, 0, -1]\n'
+    below = [{"position": [2, 2, 0]}, {"position": [2, 2, 1], "normal": [0, 0, -1]}]
     dark = read(scene(sheets=[quad((0, 0, 1), (4, 0, 1), (4, 4, 1), (0, 4, 1))], meters=below))
     # From below, the meter on the sheet sees the dark half.
     for reading in dark:
@@ -153,7 +131,7 @@ def test_sheets_that_cross_a_solid_end_at_it(scene):
 
 
 def test_meters_on_a_sheet_read_the_side_they_face(scene):
-    meters = '\n'.join(f'[[photometers]]\nposition = [2, 2, 1]\nnormal = [0, {y}, 0]' for y in (-1, 1))
+    meters = [{"position": [2, 2, 1], "normal": [0, y, 0]} for y in (-1, 1)]
     screen = quad((0.5, 2, 0.5), (3.5, 2, 0.5), (3.5, 2, 2.5), (0.5, 2, 2.5))
     lit, shaded = read(scene(sheets=[screen], rho=0.9, meters=meters))
     distance = np.linalg.norm([1.5, 1.5, 1.7])
@@ -177,10 +155,10 @@ def test_a_solid_of_two_materials_is_one_solid(scene):
 def test_what_stands_in_furniture_is_refused_before_the_work(scene):
     crate = box((1, 1, 0), (2, 2, 2))
     with pytest.raises(renderer.InputError, match=r"photometers\[0\]\.position is \[2, 2, 1\], inside"):
-        scene(crate, meters="[[photometers]]\nposition = [2, 2, 1]\n")
+        scene(crate, meters=[{"position": [2, 2, 1]}])
     with pytest.raises(renderer.InputError, match=r"luminaire' has its middle at .*, inside"):
         scene(box((0, 0, 2), (1, 1, 1)))
-    scene(crate, meters="[[photometers]]\nposition = [2, 2, 2]\n")  # on it
+    scene(crate, meters=[{"position": [2, 2, 2]}])  # on it
 
 
 def test_plan_says_what_takes_no_part_and_which_lamp_is_a_slip(scene):

@@ -7,34 +7,19 @@ import sys
 import time
 
 import pytest
+from conftest import PANEL, POINT_LIT, scene_text
 
 import renderer
 from renderer.scene.reading import packaged_scenes
 
-SMALL = """
-[room]
-size = [4, 4, 3]
-floor = "paint"
-walls = "paint"
-ceiling = "paint"
-[materials.paint]
-reflectance = 0.5
-[[luminaires]]
-shape = "rectangle"
-center = [2, 2, 3]
-normal = [0, 0, -1]
-size = [1, 1]
-luminance = 1000
-[[photometers]]
-name = "floor"
-position = [2, 2, 0]
-[camera]
-position = [2, 0, 1.5]
-look_at = [2, 4, 1.4]
-resolution = [64, 48]
-[solver]
-accuracy = 0.05
-"""
+SMALL = scene_text({
+    "room": {"size": [4, 4, 3], "floor": "paint", "walls": "paint", "ceiling": "paint"},
+    "materials": {"paint": {"reflectance": 0.5}},
+    "luminaires": [PANEL],
+    "photometers": [{"name": "floor", "position": [2, 2, 0]}],
+    "camera": {"position": [2, 0, 1.5], "look_at": [2, 4, 1.4], "resolution": [64, 48]},
+    "solver": {"accuracy": 0.05},
+})
 
 
 @pytest.fixture
@@ -169,7 +154,7 @@ def test_a_point_outside_the_room_is_refused_before_it_is_solved(here, folder, m
 
 
 def test_titles_and_names_are_shown_as_they_stand(here, folder):
-    text = 'title = "Room [bold] $x_$ [/b]"' + SMALL.replace('"floor"\nposition', '"[red]f"\nposition')
+    text = 'title = "Room [bold] $x_$ [/b]"\n' + SMALL.replace('"floor"\nposition', '"[red]f"\nposition')
     (folder / "odd.toml").write_text(text)
     (folder / "sub").mkdir()
     (folder / "sub" / "odd.toml").write_text(text)
@@ -191,10 +176,7 @@ def test_an_output_that_cannot_be_replaced_is_one_line(here, folder):
 
 
 def test_no_steady_state_is_exit_code_1(here, folder):
-    text = SMALL.replace("reflectance = 0.5", "reflectance = 1").replace(
-        'shape = "rectangle"\ncenter = [2, 2, 3]\nnormal = [0, 0, -1]\nsize = [1, 1]\nluminance = 1000',
-        'shape = "point"\ncenter = [2, 2, 2]\nflux = 1000')
-    (folder / "furnace.toml").write_text(text)
+    (folder / "furnace.toml").write_text(scene_text({**POINT_LIT, "materials": {"g": {"reflectance": 1}}}))
     done = here("photometer", "furnace.toml", "--quiet", cwd=folder)
     assert done.returncode == 1
     assert "no steady state" in done.stderr

@@ -12,6 +12,7 @@ import warnings
 from pathlib import Path
 
 import pytest
+from conftest import POINT_LIT, scene_text
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -49,21 +50,7 @@ SPDX = (b'<?xml version="1.0" encoding="UTF-8"?><IESTM2714 xmlns="iestm2714" ver
         b"<SpectralDistribution><SpectralQuantity>reflectance</SpectralQuantity>"
         b'<SpectralData wavelength="400">0.1</SpectralData><SpectralData wavelength="700">0.4</SpectralData>'
         b"</SpectralDistribution></IESTM2714>")
-SCENE = b"""title = "T"
-[room]
-size = [4, 4, 3]
-floor = "g"
-walls = "g"
-ceiling = "g"
-[materials.g]
-reflectance = 0.5
-[[luminaires]]
-shape = "point"
-center = [2, 2, 2.5]
-flux = 1000
-[[photometers]]
-position = [2, 2, 0]
-"""
+SCENE = scene_text(POINT_LIT).encode()
 STUDY = b'scenes = ["grey_room"]\n[vary]\n"luminaires.0.flux" = [1, 2]\n"solver.seed" = [3]\n'
 
 

@@ -3,29 +3,13 @@
 import logging
 
 import pytest
+from conftest import POINT_LIT, scene_text
 
 import renderer
 from renderer.solving.refine import solve_and_read
 
-ROOM = """
-[room]
-size = [4, 3, 2.5]
-floor = "a"
-walls = "a"
-ceiling = "a"
-[materials.a]
-reflectance = 0.5
-[[luminaires]]
-shape = "point"
-center = [2, 1.5, 2]
-flux = 1000
-[[photometers]]
-name = "desk"
-position = [1, 1, 0.8]
-normal = [0, 0, 1]
-[solver]
-accuracy = 0.1
-"""
+ROOM = {**POINT_LIT, "photometers": [{"name": "desk", "position": [1, 1, 0.8]}],
+        "solver": {"accuracy": 0.1}}
 STEPS = ("mesh of patches", "exchange of", "direct of",
          "interreflections of")
 
@@ -40,7 +24,7 @@ def test_a_run_logs_its_steps_with_their_seconds(room, caplog):
 
 def test_a_run_logs_nothing_unless_asked(here, tmp_path):
     folder = tmp_path
-    (folder / "room.toml").write_text(ROOM)
+    (folder / "room.toml").write_text(scene_text(ROOM))
     quiet = here("photometer", "room.toml", "--json", "--quiet", cwd=folder)
     logged = here("photometer", "room.toml", "--json", "--quiet", "--log-level", "debug", cwd=folder)
     assert quiet.stderr == ""

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import shapely
 import trimesh
+from conftest import POINT_LIT, scene_text
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from PIL import Image
@@ -520,24 +521,18 @@ f 1 3 7 5
 o door
 f 2 6 8 4
 """
-IN_ROOM = """[room]
-mesh = "room.obj"
-{}
-[materials.grey]
-reflectance = 0.5
-[[luminaires]]
-shape = "point"
-center = [2, 2, 2.5]
-flux = 1000
-[[photometers]]
-position = [1, 1.5, 0.8]
-"""
+IN_ROOM = {
+    **POINT_LIT,
+    "room": {"mesh": "room.obj"},
+    "materials": {"grey": {"reflectance": 0.5}},
+    "photometers": [{"position": [1, 1.5, 0.8]}],
+}
 
 
-def coloured_room(tmp_path, more="", faces=ROOM):
+def coloured_room(tmp_path, faces=ROOM, **keys):
     (tmp_path / "room.obj").write_text(faces)
     (tmp_path / "room.mtl").write_text("newmtl boards\nKd 1 0 0\nnewmtl plaster\nKd 1 1 1\n")
-    (tmp_path / "scene.toml").write_text(IN_ROOM.format(more))
+    (tmp_path / "scene.toml").write_text(scene_text({**IN_ROOM, "room": {**IN_ROOM["room"], **keys}}))
     return renderer.load(tmp_path / "scene.toml")
 
 
@@ -551,9 +546,9 @@ def test_a_room_has_the_colours_of_its_file_where_the_scene_names_none(tmp_path)
     assert painted(scene) == {"boards": "room.obj: boards", "plaster": "room.obj: plaster"}
     np.testing.assert_allclose(scene.materials[0].rgb, [1, 0, 0])
     assert scene.files == ["Colours from room.obj, in linear BT.709: boards (1, 0, 0), plaster (1, 1, 1)"]
-    walls = painted(coloured_room(tmp_path, 'walls = "grey"'))
+    walls = painted(coloured_room(tmp_path, walls="grey"))
     assert walls == {"walls": "grey", "boards": "room.obj: boards", "plaster": "room.obj: plaster"}
-    door = painted(coloured_room(tmp_path, 'surfaces = { door = "grey" }'))
+    door = painted(coloured_room(tmp_path, surfaces={"door": "grey"}))
     assert door == {"door": "grey", "boards": "room.obj: boards", "plaster": "room.obj: plaster"}
 
 
@@ -561,7 +556,7 @@ def test_a_part_of_a_room_without_a_colour_is_asked_for(tmp_path):
     parts = ROOM.replace("usemtl plaster", "usemtl none", 1)
     with pytest.raises(renderer.InputError, match=r"room\.\w+ is missing.* its file gives no colour"):
         coloured_room(tmp_path, faces=parts)
-    scene = coloured_room(tmp_path, 'walls = "grey"\nceiling = "grey"', parts)
+    scene = coloured_room(tmp_path, parts, walls="grey", ceiling="grey")
     assert painted(scene) == {"ceiling": "grey", "walls": "grey", "boards": "room.obj: boards"}
 
 
@@ -596,8 +591,7 @@ def test_a_room_whose_quads_are_there_twice_is_there_once(tmp_path, again):
     is reflected is as in the room of single faces, read to finer bars."""
     floor = "f 1 2 4 3\n" + again
     turned = ROOM.replace("f 1 2 4 3", floor)
-    keys = 'floor = "grey"\nwalls = "grey"\nceiling = "grey"'
-    scene = coloured_room(tmp_path, keys, turned)
+    scene = coloured_room(tmp_path, turned, floor="grey", walls="grey", ceiling="grey")
     assert sum(parts.area for parts in scene.room.surfaces.values()) == pytest.approx(80, rel=1e-9)
     (reading,) = renderer.solve(scene, "rgb", 0.02).photometers()
     across = 1.7**2 + 1 + 0.25

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from conftest import POINT_LIT, scene_text
 
 from renderer.errors import InputError
 from renderer.pictures.report.files import scene_files
@@ -21,22 +22,7 @@ from renderer.system.files import output_folder, whole_file
 from renderer.system.input_files import MAX_BYTES, parse_toml, read_input
 from renderer.system.text import LONGEST_SHOWN, cell, quoted, visible
 
-BASE = """title = "T"
-[room]
-size = [4, 4, 3]
-floor = "g"
-walls = "g"
-ceiling = "g"
-[materials.g]
-reflectance = 0.5
-[[luminaires]]
-shape = "point"
-center = [2, 2, 2.5]
-flux = 1000
-[[photometers]]
-name = "p"
-position = [2, 2, 0]
-"""
+BASE = scene_text(POINT_LIT)
 CAMERA = "[camera]\nposition = [2, 0.1, 1.5]\nlook_at = [2, 4, 1.4]\nresolution = [64, 48]\n"
 
 

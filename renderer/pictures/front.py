@@ -1,12 +1,14 @@
 """A chart of error over time: all settings of a scene, and the front of the best ones."""
 
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 
 from renderer.colour.bands import BAND_SETS
 from renderer.pictures.charts import new_figure, saved
 
 ASKED_COLOUR = "#2a8c3c"
+
 
 def save_front(title: str, settings: list, front: list, marked: list, floor: float, path: Path,
                asked: Sequence = (), peers: Sequence = (), note: str = "") -> Path:
@@ -26,7 +28,7 @@ def save_front(title: str, settings: list, front: list, marked: list, floor: flo
     colours = ("#d62728", "#ff9d76", "#7b3fa0", "#b8b8b8", "#7f7f7f", "#1f77b4", "#101010")
     errors = {id(s): 100 * max(s.error, 1e-6) for s in settings}
     lowest, highest = min(errors.values()), max(errors.values())
-    for name, colour in zip(BAND_SETS, colours, strict=True):
+    for name, colour in zip(BAND_SETS, cycle(colours), strict=False):
         for method, marker in (("contour", "o"), ("rays", "^")):
             shown = [s for s in settings if (s.bands, s.method) == (name, method)]
             axes.scatter([s.seconds for s in shown], [errors[id(s)] for s in shown], s=26, marker=marker,
