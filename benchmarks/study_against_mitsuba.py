@@ -24,7 +24,7 @@ from renderer.studies.peers import mitsuba3
 from renderer.studies.peers.export import CannotRun, Handover, hand_over
 from renderer.studies.rgb_in_rooms.drawn_rooms import LIGHTING, drawn_room
 from renderer.studies.rgb_in_rooms.gains import READINGS
-from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS, lamp_spectrum, models_under
+from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, lamp_spectrum, models_under
 from renderer.studies.rgb_in_rooms.palettes import WAVELENGTHS, paintings
 from renderer.studies.rgb_in_rooms.run import PAINTINGS, RoomTask, studied
 
@@ -84,7 +84,7 @@ def compared(number: int, seconds: float, processes: dict) -> list[dict]:
                 means.append([float(np.mean([g.lx for g in one])) / lumens,
                               float(np.linalg.norm([g.half_width for g in one])) / len(one) / lumens])
             row[f"{name}_theirs"] = means
-            row[f"{name}_here"] = here[0 if name == "spectral" else 1 + MODELS.index("rgb"), :3].tolist()
+            row[f"{name}_here"] = here[0 if name == "spectral" else 1 + BAND_MODELS.index("rgb"), :3].tolist()
         rows.append(row)
     return rows
 

@@ -20,9 +20,15 @@ from renderer.colour.tables import cie_1931, d65
 from renderer.scene.reading import load, resolved
 from renderer.studies.rgb_in_rooms.drawn_rooms import drawn_room
 from renderer.studies.rgb_in_rooms.gains import READINGS, RoomGains, room_gains
-from renderer.studies.rgb_in_rooms.models import LAMPS, MODELS, Model, lamp_spectrum, models_under
+from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, BandModel, lamp_spectrum, models_under
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, WAVELENGTHS, Chips, Painting, chips, paintings
-from renderer.studies.rgb_in_rooms.run import PAINTINGS, PATCHES, RAYS, lamp_models, solve_painting
+from renderer.studies.rgb_in_rooms.run import (
+    PAINTINGS,
+    STUDY_PATCHES,
+    STUDY_RAYS,
+    lamp_models,
+    solve_painting,
+)
 
 SEED = 1
 PER_CHROMA = 5.5
@@ -49,7 +55,9 @@ def drawn_gains(number: int) -> tuple:
     """A drawn room and its gains, as the study has them."""
     scene = resolved(drawn_room(number, SEED)[0], load("grey_room").path.parent / "study.toml")
     empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
-    return scene, room_gains(scene, float(np.sqrt(scene.room.area / PATCHES)), 0 if empty else RAYS, SEED)
+    return scene, room_gains(
+        scene, float(np.sqrt(scene.room.area / STUDY_PATCHES)), 0 if empty else STUDY_RAYS, SEED
+    )
 
 
 def in_bands_of_2_nm(gains: RoomGains, painting: Painting) -> np.ndarray:
@@ -58,7 +66,7 @@ def in_bands_of_2_nm(gains: RoomGains, painting: Painting) -> np.ndarray:
     for lamp in LAMPS:
         lumens = band_flux(lamp_spectrum(lamp), 1.0, bands, "the study's lamp") * bands.luminous
         shares.append(lumens / lumens.sum())
-    indirect = gains.indirect(Model(bands, shares[0]).reflectance(painting.curves))
+    indirect = gains.indirect(BandModel(bands, shares[0]).reflectance(painting.curves))
     return np.array(shares) @ indirect.T + gains.direct
 
 
@@ -71,9 +79,13 @@ def rows_of(gains: RoomGains, painting: Painting, totals: np.ndarray) -> dict[st
     share = 1 - gains.direct[:3] / lit[:, 0]
     red = np.array([lamp_models()[lamp]["rgb"].shares[0] for lamp in LAMPS])
     given = colour_excess(np.broadcast_to(rgb, (*share.shape, 3)), share) * error_per_excess(red)[:, None]
-    return {"rgb": errors[:, MODELS.index("rgb")], "6": errors[:, MODELS.index("6")], "given": given,
-            "red": np.full(given.shape, favours_red(rgb)),
-            "palette": np.full(given.shape, PALETTES.index(painting.palette))}
+    return {
+        "rgb": errors[:, BAND_MODELS.index("rgb")],
+        "6": errors[:, BAND_MODELS.index("6")],
+        "given": given,
+        "red": np.full(given.shape, favours_red(rgb)),
+        "palette": np.full(given.shape, PALETTES.index(painting.palette)),
+    }
 
 
 def main(rooms: int) -> None:
@@ -87,7 +99,7 @@ def main(rooms: int) -> None:
                 totals, _ = solve_painting(gains, painting)
                 tried[paints].append(rows_of(gains, painting, totals))
                 if paints == "measured chips":
-                    rgb = totals[:, 1 + MODELS.index("rgb")]
+                    rgb = totals[:, 1 + BAND_MODELS.index("rgb")]
                     moved.append(100 * (rgb / totals[:, 0] - rgb / in_bands_of_2_nm(gains, painting)))
     print("| paints | palette | RGB within ±5 %, task | floor | eye | six nodes within ±1 % |\n"
           "|---|---|---|---|---|---|")

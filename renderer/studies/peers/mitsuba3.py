@@ -170,7 +170,7 @@ def read_growing(room: Handover, stream: int, paths: tuple[int, ...], seconds: f
 
 
 def _batch_passes(room: Handover, stream: int, paths: Iterable[int]) -> Iterator[np.ndarray]:
-    """Readings of each pixel (n_meters, PIXELS²) [lx] by passes of so many paths each."""
+    """Readings of each pixel (n_meters, TILE_PIXELS²) [lx] by each pass."""
     import mitsuba as mi
 
     scene, count = mi.load_dict(scene_dict(room, *room.meters)), len(room.meters)

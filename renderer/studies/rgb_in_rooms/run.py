@@ -25,6 +25,10 @@ from renderer.system.files import whole_file
 PACKAGED = ("grey_room", "furnished_room", "l_shaped", "office", "classroom", "gallery")
 """Packaged rooms for the study's paints, lamps and meters; the red rooms are missing, with the shape of the
 grey one."""
+PAINTINGS = (4, 4, 4)
+"""Paintings of each room: architectural, accent, extreme."""
+STUDY_PATCHES, STUDY_RAYS = 450, 128
+"""Patches of a room, and rays per patch where the room is not empty and convex."""
 FOR_A_LAMP = ("6", "prefiltered")
 """Models whose bands depend on the lamp."""
 
@@ -66,17 +70,17 @@ def studied(task: RoomTask) -> dict[str, np.ndarray]:
     solve_seconds : (1 + n_models,) processor time [s] of one painting in each model
     palette, name, paint : of each painting
     kind : of the room, with its lighting
-
-    The room has about 450 patches, and 128 rays a patch where it is not empty and convex.
     """
     scene, kind = _scene(task)
-    size = float(np.sqrt(scene.room.area / 450)) / (2 if task.fine else 1)
+    size = float(np.sqrt(scene.room.area / STUDY_PATCHES)) / (2 if task.fine else 1)
     empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
     began = time.process_time()
-    gains = room_gains(scene, size, 0 if empty else 128 * (4 if task.fine else 1), task.seed + task.fine)
+    gains = room_gains(
+        scene, size, 0 if empty else STUDY_RAYS * (4 if task.fine else 1), task.seed + task.fine
+    )
     geometry_seconds = time.process_time() - began
     random = np.random.default_rng((task.seed, abs(task.number), task.number < 0))
-    painted = paintings(scene, random, (4, 4, 4))
+    painted = paintings(scene, random, PAINTINGS)
     solved = [solve_painting(gains, painting) for painting in painted]
     nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(16) + 0.5) / 16)
     reflecting = one_paint(scene, np.ones(81), "", "", 0).curves[:, :1]
