@@ -48,7 +48,7 @@ def heap(path, seed):
     path.write_text(
         f'[room]\nsize = {SIZE.tolist()}\nfloor = "g"\nwalls = "g"\nceiling = "g"\n'
         f'[materials.g]\nreflectance = 0.5\n[[luminaires]]\nshape = "point"\ncenter = {LAMP.tolist()}\n'
-        "flux = 5000\n"
+        f"flux = 5000\n[solver]\nseed = {seed}\n"
         + "".join(f"[[photometers]]\nposition = {p}\nnormal = {n}\n" for p, n in METERS))
     scene = renderer.load(path)
     places = np.array([LAMP, *(p for p, _ in METERS)])

@@ -404,6 +404,10 @@ def test_3mf_is_in_millimetres(tmp_path):
     ("chair.obj", b"v 0 0 0\nl 1 1\n", "no faces"),
     ("chair.obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "no faces with area"),
     ("chair.3mf", b"x", "ZIP"),
+    ("chair.gltf", b'{"asset": {"version": "2.0"}, "scene": "a", "scenes": [{"nodes": [0]}]}', "wrong kind"),
+    ("chair.gltf", b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}]}', "lacks a value that glTF"),
+    ("chair.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty list uchar int i\n"
+                  b"end_header\n1\n", "lacks a value that PLY"),
 ])
 def test_what_cannot_be_read_is_refused_by_its_right_name(tmp_path, name, data, word):
     (tmp_path / name).write_bytes(data)

@@ -23,7 +23,7 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
 
     bodies : with `mesh` and `closed`, as in Scene.
     """
-    shells, faces, whole = [Shell(room.shell, -1, 0.0)], [], []
+    shells, faces, whole = [Shell(room.shell, -1, 0.0, room.convex)], [], []
     for index, parts in enumerate(room.surfaces.values()):
         whole.append(parts)
         faces += faces_of(index, 0, parts)

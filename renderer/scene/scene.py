@@ -12,7 +12,8 @@ from renderer.colour.lamps import band_flux, band_watts, for_lamps, mean_light, 
 from renderer.colour.materials import Material
 from renderer.colour.nodes import luminous_at_1_nm, nodes_for_lamps
 from renderer.colour.spectrum import Spectrum
-from renderer.scene.exposed import Exposed, exposed_parts
+from renderer.scene.arrangement import Exposed
+from renderer.scene.exposed import exposed_parts
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.grids import Grid
 from renderer.scene.luminaires.luminaire import Luminaire

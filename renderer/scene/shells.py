@@ -9,6 +9,9 @@ from scipy.sparse.csgraph import connected_components
 
 from renderer.scene.room import winding
 
+MAX_PLANES = 64
+"""Triangles of a convex room up to which places are compared with each of its planes."""
+
 
 @dataclass(frozen=True)
 class Shell:
@@ -17,11 +20,13 @@ class Shell:
     triangles : (k, 3, 3) [m]
     sign : 1 for a solid, whose normals point into the air; −1 for the room
     own : winding number of the surface just before it: 0, or −1 before the wall of a hollow
+    convex : whether it is a convex room's, whose planes tell what is inside
     """
 
     triangles: np.ndarray
     sign: int
     own: float
+    convex: bool = False
 
     @property
     def bounds(self) -> np.ndarray:
@@ -30,6 +35,11 @@ class Shell:
 
     def solid_at(self, points: np.ndarray) -> np.ndarray:
         """Number of times (k,) that the shell encloses points (k, 3) in solid matter."""
+        if self.convex and len(self.triangles) < MAX_PLANES:
+            a, b, c = self.triangles.swapaxes(0, 1)
+            inward = np.cross(b - a, c - a)
+            inside = points @ inward.T >= np.einsum("ki,ki->k", a, inward)
+            return np.where(inside.all(axis=1), 0.0, 1.0)
         turns = winding(points, self.triangles)
         return np.rint(1 - turns if self.sign < 0 else -turns)
 

@@ -16,6 +16,8 @@ logging.getLogger("trimesh").addHandler(logging.NullHandler())  # trimesh would 
 MODEL_FORMATS = ("obj", "ply", "stl", "glb", "gltf", "dae", "3mf")
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
 KNOWN_FORMATS = "OBJ, PLY, STL, GLB, glTF, COLLADA (.dae) or 3MF"
+SPELT = {"gltf": "glTF", "dae": "COLLADA"}
+"""Names of formats that are not the file's ending in capitals."""
 MAX_COORDINATE_M = 1e9
 """Largest coordinate [m]; its inverse is the smallest length."""
 OTHER_FORMATS = {"skp": "SketchUp", "3ds": "3D Studio", "fbx": "FBX", "blend": "Blender", "ifc": "IFC",
@@ -60,6 +62,7 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
     root : the scene's folder, in which the file may name others; None for only the file's own folder
     """
     kind = path.suffix.lower().lstrip(".")
+    called = SPELT.get(kind, kind.upper())
     if kind not in MODEL_FORMATS:
         raise InputError(f"{where}: {path.name} is "
                          f"{OTHER_FORMATS.get(kind, 'of a format that is not read')}; export it as "
@@ -70,9 +73,12 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
             found = _parsed(data, path, kind, root or path.parent)
     except Unreadable as fault:
         raise InputError(f"{where}: {path.name} {fault}.") from None
+    except (LookupError, TypeError, AttributeError):
+        raise InputError(f"{where}: {path.name} lacks a value that {called} demands, "
+                         f"or has one of a wrong kind; export it again, or as {KNOWN_FORMATS}.") from None
     except Exception as error:  # noqa: BLE001  readers raise errors of any class for faulty files
         reason = " ".join(f"{error}".split())[:200] or type(error).__name__
-        raise InputError(f"{where}: {path.name} cannot be read as {kind.upper()} ({reason}); export it "
+        raise InputError(f"{where}: {path.name} cannot be read as {called} ({reason}); export it "
                          f"again, or as {KNOWN_FORMATS}.") from None
     return _in_metres(found, path, where, scale, units, up)
 

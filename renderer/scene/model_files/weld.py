@@ -89,7 +89,11 @@ def _once(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -> tuple
     for count in np.unique(sizes):
         some = np.flatnonzero(sizes == count)
         rows = np.sort(corners[starts[some][:, None] + np.arange(count)], axis=1)
-        _, leader, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        if count * np.log2(len(vertices) + 1) < 63:  # one number for each row is sorted many times as fast
+            rows, axis = np.ravel_multi_index(rows.T, [len(vertices)] * count), None
+        else:
+            axis = 0
+        _, leader, group = np.unique(rows, axis=axis, return_index=True, return_inverse=True)
         lead = leader[group.ravel()]
         against = np.einsum("ki,ki->k", normals[some], normals[some[lead]])
         again = lead != np.arange(len(some))

@@ -24,8 +24,9 @@ def gathered(middles: np.ndarray, normals: np.ndarray, areas: np.ndarray, surfac
     directions = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)], dtype=float) - 1
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     toward = (normals[some] @ directions.T).argmax(axis=1)
-    key = np.column_stack([surface[some], cell, toward])
-    _, first, group = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    columns = [surface[some], *cell.T, toward]
+    key = np.ravel_multi_index(columns, [int(column.max()) + 1 for column in columns])
+    _, first, group = np.unique(key, return_index=True, return_inverse=True)
     found = np.arange(len(facet))
     found[some] = some[first][group.ravel()]
     return np.unique(found, return_inverse=True)[1]
