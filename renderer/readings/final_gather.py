@@ -105,6 +105,7 @@ def gather(transport: Transport, spots: list[MeterPlace], paths: int, round_: in
 
 
 class _Paths:
+    """Paths of one call of `gather`."""
     def __init__(self, transport: Transport, paths: int, seed: tuple[int, ...], steps: int):
         self.transport, self.steps = transport, steps
         self.nets = Nets(paths, NUMBERS_PER_STEP * steps + 2, seed, PATH_REPLICAS)
@@ -113,6 +114,8 @@ class _Paths:
         self.frames = frames(transport.mesh.normal)
 
     def follow(self, spots: list[MeterPlace], start: int, stop: int) -> tuple:
+        """Paths of meters start to stop: for each step surfaces met, luminaires drawn and their light,
+        (steps, meters, paths) each; and the patch met last (meters, paths), negative for none."""
         mesh, eye, reflecting = self.transport.mesh, self.transport.eye, self.transport.reflecting
         square = self.nets.draw(start, stop)
         each = square.shape[1]

@@ -90,9 +90,9 @@ def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
         except InputError:
             read[k] = False
     if not read.any():
-        raise InputError(f"{where}: at none of its {len(points)} points a meter can stand: each is outside "
-                         "the room, in an object, faces what it lies on or is nearer to a wall than the "
-                         "border. Move it, or turn its normal.")
+        raise InputError(f"{where}: a meter can stand at none of its {len(points)} points: each is outside "
+                         "the room, in an object, faces the surface it lies on or is nearer to a wall than "
+                         "the border. Move the grid, or turn its normal.")
     return read
 
 

@@ -67,8 +67,8 @@ class Cache:
                 file.write(_digest(named, packed.getbuffer()))
                 file.write(packed.getbuffer())
         except (InputError, OutputError):
-            warnings.warn(f"{self.folder} cannot be written to; nothing is kept between runs. Free it, or "
-                          "give --no-cache.", CacheWarning, stacklevel=2)
+            warnings.warn(f"{self.folder} cannot be written to; nothing is kept between runs. Make it "
+                          "writable, or give --no-cache.", CacheWarning, stacklevel=2)
         remove_abandoned(self.folder)
         self._shrink(MAX_CACHE_BYTES)
 

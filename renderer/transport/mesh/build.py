@@ -122,6 +122,11 @@ def _reaches_out(room: Room, bounds: np.ndarray) -> bool:
 
 
 class _Builder:
+    """Patches of a scene as they are added surface by surface.
+
+    touch : distance that counts as contact [m]
+    close : largest side of a patch near a lamp, over its distance from it
+    """
     def __init__(self, patch_size: float, touch: float, surfaces: list[Surface], luminaires: list[Luminaire],
                  close: float):
         self.patch_size = patch_size
@@ -199,6 +204,7 @@ class _Builder:
 
     def add_polygon(self, index: int, polygon: Polygon, faces: Faces, mountings: list[Mounting],
                     sides: np.ndarray) -> None:
+        """Divide a polygon into triangles, without what stands on it; a small one keeps its own."""
         feet = [[m.outline] for m in self.on(index, polygon.origin, polygon.normal, mountings)]
         feet += faces.against(index, polygon, self.touch)
         gaps = [((corners - polygon.origin) @ polygon.normal).min()
@@ -296,6 +302,8 @@ class _Builder:
         return graded(cells, sides, near) if near else cells
 
     def add_triangles(self, index: int, triangles: np.ndarray, sides: np.ndarray) -> None:
+        """Add triangles (k, 3, 3) [m], divided until no side is longer than two patches; they may be
+        gathered."""
         if not len(triangles):
             return
         faces = np.arange(3 * len(triangles)).reshape(-1, 3)
@@ -314,6 +322,7 @@ class _Builder:
 
     def finish(self, faces: Faces, obstacles: np.ndarray, blockers: np.ndarray, shell: np.ndarray,
                solids: np.ndarray) -> Mesh:
+        """The mesh of all patches added, with covered ones marked and facets gathered."""
         arrays = (np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
                                               self.vertex_surface, self.twin))
         covered = ~np.concatenate(self.exposed)
