@@ -1,6 +1,8 @@
 """`python -m renderer` is the command `renderer`."""
 
+import os
 import sys
+from contextlib import suppress
 
 
 def main() -> None:
@@ -10,7 +12,26 @@ def main() -> None:
     except KeyboardInterrupt:
         print("renderer: interrupted; nothing has been done.", file=sys.stderr)  # noqa: T201
         sys.exit(1)
-    command()
+    from renderer.cli.terminal import interrupted
+
+    try:
+        command()
+    except SystemExit as end:
+        if interrupted():
+            _end_with(end.code)
+        raise
+
+
+def _end_with(code: int) -> None:
+    """End the process with that exit code, whatever the interpreter thinks of the interruption.
+
+    Where Ctrl-C or SIGTERM came while an extension ran Python text of its own, the interpreter remembers an
+    unhandled KeyboardInterrupt and would end by SIGINT (CPython, `run_eval_code_obj`).
+    """
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError, AttributeError):
+            stream.flush()
+    os._exit(code)
 
 
 if __name__ == "__main__":

@@ -161,6 +161,13 @@ def test_the_site_lists_every_page():
     assert set(listed) | start == {page.name for page in PAGES.values()} | start
 
 
+def test_the_wheel_carries_every_page():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    carried = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    names = [f"docs/{page.name}" for page in PAGES.values() if page.parent == DOCS]
+    assert {name: carried.get(name) for name in names} == {name: f"renderer/{name}" for name in names}
+
+
 def test_pictures_are_shown_small_and_made_by_one_command():
     kept = {path.name for path in (DOCS / "pictures").iterdir()}
     used = {Path(link).name for text in texts().values() for link in links(text) if link.endswith(".png")}
