@@ -198,6 +198,75 @@ def test_an_interrupted_run_leaves_no_partial_file(folder):
     assert not list(folder.rglob("*.part*"))
 
 
+SLOW_ROOM = """
+title = "{title}"
+[room]
+size = [4.0, 3.0, 2.5]
+floor = "grey"
+walls = "grey"
+ceiling = "grey"
+[materials]
+grey = {{reflectance = 0.6}}
+[[luminaires]]
+shape = "rectangle"
+center = [2.0, 1.5, 2.4]
+size = [0.6, 0.6]
+normal = [0, 0, -1]
+flux = 3000
+[[objects]]
+shape = "box"
+material = "grey"
+position = [1.0, 0.8, 0.0]
+size = [0.8, 0.6, 1.2]
+[[photometers]]
+name = "behind"
+position = [0.8, 1.1, 0.1]
+[[spot_meters]]
+name = "spot"
+position = [3.5, 2.5, 1.2]
+look_at = [1.4, 1.4, 0.6]
+""" + "".join(f"""
+[[observers]]
+name = "eye {k}"
+position = [3.5, {0.5 + 0.4 * k}, 1.2]
+look_at = [0.5, 0.5, 1.2]
+""" for k in range(5))
+
+
+ALWAYS_FINER = """
+import renderer.solving.refine as refine
+refine.finer, refine.missed = (lambda plan, *_: plan.finer(100, 2.0, 2.0)), (lambda figures, _: figures)
+from renderer.cli import main
+main()
+"""
+"""The command line where no first solve will do."""
+
+
+@pytest.mark.parametrize(("command", "rooms", "accuracy", "line"), [
+    ("compare", ("A", "B"), "10%", "B: "), ("report", ("A", "B"), "10%", "B: "),
+    ("ugr", ("A",), "0.15%", "bars at"), ("photometer", ("A",), "0.15%", "bars at"),
+    ("luminance", ("A",), "5%", "solving finer")])
+def test_ctrl_c_keeps_what_is_known(folder, command, rooms, accuracy, line):
+    for title in rooms:
+        (folder / f"{title}.toml").write_text(SLOW_ROOM.format(title=title))
+    files = [f"{title}.toml" for title in rooms]
+    run = ["-c", ALWAYS_FINER] if line == "solving finer" else ["-m", "renderer"]
+    process = subprocess.Popen([sys.executable, *run, command, *files, "--accuracy", accuracy,
+                                "--no-cache", "--out", str(folder)], cwd=folder, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True)
+    for said in process.stderr:
+        if line in said:
+            break
+    process.send_signal(signal.SIGINT)
+    told, errors = process.communicate(timeout=120)
+    assert process.returncode == 1, errors
+    assert "interrupted; the readings are those known so far" in errors
+    assert "Traceback" not in errors
+    assert {"compare": "behind", "report": "report.html", "ugr": "eye", "photometer": "behind",
+            "luminance": "spot"}[command] in told
+    assert not list(folder.rglob("*.part*"))
+
+
 def test_the_python_interface_of_the_contract():
     scene = renderer.load(str(packaged_scenes() / "red_room.toml"))
     solution = renderer.solve(scene, bands="31", accuracy=0.05)

@@ -7,6 +7,7 @@ from cyclopts import Parameter
 
 from renderer.cli.options import Output, Printing, Solving, vector
 from renderer.cli.terminal import (
+    KNOWN_SO_FAR,
     leave_interrupted,
     list_files,
     print_as,
@@ -82,7 +83,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
             list_files(files, out)
         show_findings(record.get("finding", []))
     if watch.stopped:
-        leave_interrupted("the readings are those known so far, with the bars they have reached")
+        leave_interrupted(KNOWN_SO_FAR)
 
 
 def _spots(scene, at: str | None, normal: str | None) -> list[tuple]:
@@ -138,6 +139,7 @@ def luminance(scene: str, *, pixel: str | None = None,
     from renderer.scene.reading import load
     from renderer.solving.measure import mean_luminance, surface_luminances
     from renderer.solving.refine import solve_until
+    from renderer.solving.watch import Watch
     from renderer.studies.luminance_spots import spots_of
     from renderer.studies.reading_tables import luminance_rows, luminance_tables
 
@@ -153,9 +155,11 @@ def luminance(scene: str, *, pixel: str | None = None,
         surfaces = surface_luminances(solution)
         return (seen, surfaces), seen
 
+    watch = Watch(keep=True)
     with progress_shown(output.quiet) as progress:
         solution, (seen, surfaces), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
-                                                          solving.seed, solving.store(), progress)
+                                                          solving.seed, solving.store(), progress,
+                                                          watch=watch)
         asked = solving.accuracy or loaded.solver.accuracy
     record = {**of_run(solution, asked, time.perf_counter() - started),
               "spots": [luminance_record(figure, spot.position, spot.axis, spot.angle)
@@ -165,6 +169,8 @@ def luminance(scene: str, *, pixel: str | None = None,
     print_as(form, record, luminance_tables(record), luminance_rows(record))
     if form == "table":
         show_laws([solution])
+    if watch.stopped:
+        leave_interrupted(KNOWN_SO_FAR)
 
 
 def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -186,6 +192,7 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
     from renderer.scene.reading import load
     from renderer.solving.measure import rate_glare
     from renderer.solving.refine import solve_until
+    from renderer.solving.watch import Watch
     from renderer.studies.reading_tables import glare_rows, glare_tables
 
     started = time.perf_counter()
@@ -205,9 +212,10 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
         found = [rate_glare(solution, *eye) for eye in eyes]
         return found, [glare.indirect for glare in found]
 
+    watch = Watch(keep=True)
     with progress_shown(output.quiet) as progress:
         solution, found, figures = solve_until(loaded, read, solving.bands, solving.accuracy, solving.seed,
-                                               solving.store(), progress, len(eyes))
+                                               solving.store(), progress, len(eyes), watch)
         asked = solving.accuracy or loaded.solver.accuracy
     record = {**of_run(solution, asked, time.perf_counter() - started),
               "observers": [glare_record(glare) for glare in found]}
@@ -215,6 +223,8 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
     print_as(form, record, glare_tables(record), glare_rows(record))
     if form == "table":
         show_laws([solution])
+    if watch.stopped:
+        leave_interrupted(KNOWN_SO_FAR)
 
 
 def _sight(scene, at: str | None, look_at: str | None) -> tuple | None:

@@ -8,6 +8,8 @@ from cyclopts import Parameter
 
 from renderer.cli.options import Output, Solving
 from renderer.cli.terminal import (
+    KNOWN_SO_FAR,
+    leave_interrupted,
     list_files,
     progress_shown,
     say,
@@ -44,6 +46,7 @@ def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] =
     """
     from renderer.readings.finding import headline
     from renderer.scene.reading import load
+    from renderer.solving.watch import Watch
     from renderer.studies.comparison import findings, save_table, solve_all
     from renderer.studies.comparison_pictures import save_pictures
     from renderer.system.files import output_folder
@@ -56,15 +59,20 @@ def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] =
     for scene in loaded:
         warn_before(scene, solving.accuracy)
     out = output_folder(output.out)
+    watch = Watch(keep=True)
     with progress_shown(output.quiet) as progress:
-        cases = solve_all(loaded, solving.accuracy, solving.seed, solving.store(), progress, prefiltered)
-        files = save_table(cases, out) + save_pictures(cases, out, progress, full, rainbow)
+        cases = solve_all(loaded, solving.accuracy, solving.seed, solving.store(), progress, prefiltered,
+                          watch)
+        files = save_table(cases, out)
+        files += [] if watch.stopped else save_pictures(cases, out, progress, full, rainbow)
     _show_readings(cases, solving.accuracy)
     show_laws([case.solution for case in cases])
     list_files(files, out)
     found = findings(cases)
     show_findings(([] if len(found) == 1 else [f.sentence for f in found if len(f.readings) > 1])
                   + [headline(found)])
+    if watch.stopped:
+        leave_interrupted(f"{KNOWN_SO_FAR}, without pictures")
 
 
 def _show_readings(cases: list, accuracy: float | None) -> None:
@@ -97,6 +105,7 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
     """
     from renderer.readings.finding import headline
     from renderer.scene.reading import load
+    from renderer.solving.watch import Watch
     from renderer.studies.report import save_page, solve_rooms
     from renderer.system.files import output_folder
 
@@ -110,9 +119,11 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
     if client:
         _client_reports(loaded, solving, out, output.quiet)
         return
+    watch = Watch(keep=True)
     with progress_shown(output.quiet) as progress:
-        rooms = solve_rooms(loaded, solving.accuracy, solving.seed, solving.store(), progress)
-        file, notes = save_page(rooms, _said(loaded, solving, embed_outside), out, progress, embed_outside)
+        rooms = solve_rooms(loaded, solving.accuracy, solving.seed, solving.store(), progress, watch)
+        file, notes = save_page(rooms, _said(loaded, solving, embed_outside), out,
+                                (lambda step: None) if watch.stopped else progress, embed_outside)
     for room in rooms:
         asked = solving.accuracy or room.scene.solver.accuracy
         warn(room.solutions["31"], [reading.figure for reading in room.readings["31"]], asked)
@@ -121,6 +132,8 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
     show_laws([room.solutions["31"] for room in rooms])
     tell(f"{file}: {file.stat().st_size / 1e6:.1f} MB, opens in any browser")
     show_findings([headline([room.finding for room in rooms])])
+    if watch.stopped:
+        leave_interrupted(KNOWN_SO_FAR)
 
 
 def _client_reports(scenes: list, solving: Solving, out, quiet: bool) -> None:

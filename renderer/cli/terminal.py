@@ -10,6 +10,8 @@ from pathlib import Path
 
 from renderer.system.text import CsvWriter, visible
 
+KNOWN_SO_FAR = "the readings are those known so far, with the bars they have reached"
+
 
 @contextmanager
 def progress_shown(quiet: bool) -> Iterator:

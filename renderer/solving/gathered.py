@@ -130,35 +130,34 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
     tally, some = _Tally(light, fields, len(spots)), np.arange(len(spots))
     if watch.stopped:
         paths[:] = MIN_PATHS
-    for round_ in range(max_rounds):
-        started, followed = time.perf_counter(), (paths * (1 + steps))[some].sum()
-        try:
+    try:
+        for round_ in range(max_rounds):
+            started, followed = time.perf_counter(), (paths * (1 + steps))[some].sum()
             tally.follow(spots, some, steps, paths, round_)
-        except KeyboardInterrupt:
-            watch.stop(known=found is not None)
-            break
-        found = tally.reading()
-        if watch.stopped:
-            break
-        values, (mesh, sampling) = (found.direct + found.indirect) @ luminous, found.errors(quadrature).T
-        bars = np.hypot(mesh, sampling)
-        if areas:
-            asked[values - bars <= (values + bars).min()] = accuracy
-        limit, lit = asked * values, values > 0
-        more, deeper = _next(tally.paths, steps, bars, found.path_errors(), limit)
-        # A meter that no light has reached has 8 times the paths in each round, up to 1024 of a replica.
-        dark = np.where((sampling > 0) & (tally.paths < 1024), 8 * tally.paths, 0.0)
-        more, deeper = np.where(lit, more, dark), deeper & lit
-        some = np.flatnonzero((bars > limit) & (more > 0))
-        if not len(some):
-            break
-        paths = _power_of_two(more)
-        deeper &= bars > limit
-        steps[deeper] += 1
-        tally.forget(deeper)
-        rate = (time.perf_counter() - started) / followed
-        over = (bars / np.maximum(asked * values, 1e-100))[some][lit[some]]
-        watch.tell(over.max(initial=0.0), accuracy, rate * (paths * (1 + steps))[some].sum())
+            found = tally.reading()
+            if watch.stopped:
+                break
+            values, (mesh, sampling) = (found.direct + found.indirect) @ luminous, found.errors(quadrature).T
+            bars = np.hypot(mesh, sampling)
+            if areas:
+                asked[values - bars <= (values + bars).min()] = accuracy
+            limit, lit = asked * values, values > 0
+            more, deeper = _next(tally.paths, steps, bars, found.path_errors(), limit)
+            # A meter that no light has reached has 8 times the paths in each round, up to 1024 of a replica.
+            dark = np.where((sampling > 0) & (tally.paths < 1024), 8 * tally.paths, 0.0)
+            more, deeper = np.where(lit, more, dark), deeper & lit
+            some = np.flatnonzero((bars > limit) & (more > 0))
+            if not len(some):
+                break
+            paths = _power_of_two(more)
+            deeper &= bars > limit
+            steps[deeper] += 1
+            tally.forget(deeper)
+            rate = (time.perf_counter() - started) / followed
+            over = (bars / np.maximum(asked * values, 1e-100))[some][lit[some]]
+            watch.tell(over.max(initial=0.0), accuracy, rate * (paths * (1 + steps))[some].sum())
+    except KeyboardInterrupt:
+        watch.stop(known=found is not None)
     return found
 
 

@@ -14,16 +14,19 @@ from renderer.solving.watch import Watch
 
 MAX_REFINEMENTS = 2
 """Largest number of further solves, each with up to four times the patches and rays."""
+MAX_KEPT_PATCHES = 20_000
+"""Patches of a solution that is kept, for an interruption, while a finer one is made."""
 
 
 def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | None = None,
                    seed: int | None = None, store: TransportStore | None = None,
-                   progress: Progress = lambda step: None, spots=None,
-                   pictures: bool = False) -> tuple[Solution, list[Reading]]:
+                   progress: Progress = lambda step: None, spots=None, pictures: bool = False,
+                   watch: Watch | None = None) -> tuple[Solution, list[Reading]]:
     """Solve a scene until its photometers read with the accuracy asked, or as finely as memory allows.
 
     spots : position, normal and name of each reading; by default the scene's photometers
     pictures : whether the solution also draws the room
+    watch : as in `solve_until`
     bands, accuracy, seed, store, progress : as in `solve`
     A patch size given in the scene is kept. Raises InputError or SolveError.
     """
@@ -35,7 +38,7 @@ def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | Non
         return readings, [reading.figure for reading in readings]
 
     meters = None if pictures else len(spots)
-    return solve_until(scene, read, bands, accuracy, seed, store, progress, meters)[:2]
+    return solve_until(scene, read, bands, accuracy, seed, store, progress, meters, watch)[:2]
 
 
 def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figure]]],
@@ -55,20 +58,26 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
     watch = watch or Watch()
     watch.say = lambda left: progress(f"{scene.title}: readings, {left}")
     plan = None if meters is None else make_reading_plan(scene, asked, scene.solver.patch_size, meters)
-    solution = replace(solve(scene, bands, accuracy, seed, store, progress, plan), watch=watch)
-    for left in reversed(range(MAX_REFINEMENTS + 1)):
-        progress(f"{scene.title}: readings")
-        wanted, figures = read(solution)
-        if watch.stopped or not left or scene.solver.patch_size:
-            break
-        plan = finer(solution.plan, solution.transport.mesh.count, figures, asked)
-        if plan is None:
-            break
-        progress(f"{scene.title}: {missed(figures, asked)[0].name!r} is not known to {asked:.2%} yet; "
-                 "solving finer")
-        wanted = solution = None  # frees memory for the next solve
-        solution = replace(solve(scene, bands, accuracy, seed, store, progress, plan), watch=watch)
-    return solution, wanted, figures
+    known = None
+    try:
+        for left in reversed(range(MAX_REFINEMENTS + 1)):
+            solution = replace(solve(scene, bands, accuracy, seed, store, progress, plan), watch=watch)
+            progress(f"{scene.title}: readings")
+            wanted, figures = read(solution)
+            known = solution, wanted, figures
+            if watch.stopped or not left or scene.solver.patch_size:
+                break
+            patches = solution.transport.mesh.count
+            plan = finer(solution.plan, patches, figures, asked)
+            if plan is None:
+                break
+            progress(f"{scene.title}: {missed(figures, asked)[0].name!r} is not known to {asked:.2%} yet; "
+                     "solving finer")
+            wanted = solution = None  # frees memory for the next solve
+            known = known if watch.keep and patches <= MAX_KEPT_PATCHES else None
+    except KeyboardInterrupt:
+        watch.stop(known is not None)
+    return known
 
 
 def missed(figures: list[Figure], asked: float) -> list[Figure]:

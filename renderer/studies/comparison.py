@@ -2,7 +2,7 @@
 
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from renderer.readings.finding import Finding, rgb_error_percent
@@ -13,6 +13,7 @@ from renderer.scene.scene import Scene
 from renderer.solving.refine import solve_and_read
 from renderer.solving.solution import Solution, solve_on
 from renderer.solving.transport_store import Progress, TransportStore
+from renderer.solving.watch import Watch
 from renderer.system.files import whole_file
 from renderer.system.text import CsvWriter
 
@@ -48,24 +49,32 @@ class ComparedRoom:
 
 
 def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, store: TransportStore,
-              progress: Progress, prefiltered: bool = False) -> list[ComparedRoom]:
+              progress: Progress, prefiltered: bool = False, watch: Watch | None = None
+              ) -> list[ComparedRoom]:
     """Solve each room in 31 bands to the accuracy, and in RGB on the same transport.
 
     prefiltered : also in prefiltered RGB
+    watch : whether an interruption keeps the rooms read so far
 
     Rooms of one geometry share their form factors. Raises InputError or SolveError.
     """
-    cases, first = [], {}
+    cases, first, watch = [], {}, watch or Watch()
     beside = ("rgb", "rgb-prefiltered") if prefiltered else ("rgb",)
     for scene, stem in zip(scenes, _stems(scenes), strict=True):
         asked = accuracy or scene.solver.accuracy
         started = time.perf_counter()
-        spectral, readings = solve_and_read(scene, "31", accuracy, seed, store, progress, pictures=True)
+        try:
+            spectral, readings = solve_and_read(scene, "31", accuracy, seed, store, progress, pictures=True,
+                                                watch=watch)
+        except KeyboardInterrupt:
+            watch.stop(bool(cases))
+            break
         solved = {"31": (spectral, readings, solution_record(spectral, readings, asked,
                                                              time.perf_counter() - started))}
         for bands in beside:
             started = time.perf_counter()
             other = solve_on(scene, scene.band_set(bands), spectral.plan, store, spectral.transport)
+            other = replace(other, watch=watch)
             read = other.photometers()
             solved[bands] = other, read, solution_record(other, read, asked, time.perf_counter() - started)
         for bands in (*beside, "31"):
@@ -77,6 +86,8 @@ def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, sto
             errors = [rgb_error_percent(r.total_lx, s.total_lx)
                       for r, s in zip(read, readings, strict=True)]
             cases.append(ComparedRoom(stem, solution, read, ratios, errors, record))
+        if watch.stopped:
+            break
     return cases
 
 

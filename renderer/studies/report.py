@@ -11,26 +11,38 @@ from renderer.scene.scene import Scene
 from renderer.solving.refine import solve_and_read
 from renderer.solving.solution import solve_on
 from renderer.solving.transport_store import Progress, TransportStore
+from renderer.solving.watch import Watch
 
 MAX_PAGE_BYTES = 10_000_000
 """Largest size of a report [bytes], for mail."""
 
 
 def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, shared: TransportStore,
-                progress: Progress) -> list[ReportRoom]:
-    """Solve each room in 31 bands to the accuracy, and in RGB on the same transport."""
-    rooms = []
+                progress: Progress, watch: Watch | None = None) -> list[ReportRoom]:
+    """Solve each room in 31 bands to the accuracy, and in RGB on the same transport.
+
+    watch : whether an interruption keeps the rooms read so far
+    """
+    rooms, watch = [], watch or Watch()
     for scene in scenes:
         asked = accuracy or scene.solver.accuracy
         started = time.perf_counter()
-        spectral, readings = solve_and_read(scene, "31", accuracy, seed, shared, progress, pictures=True)
+        try:
+            spectral, readings = solve_and_read(scene, "31", accuracy, seed, shared, progress, pictures=True,
+                                                watch=watch)
+        except KeyboardInterrupt:
+            watch.stop(bool(rooms))
+            break
         record = solution_record(spectral, readings, asked, time.perf_counter() - started)
         started = time.perf_counter()
         rgb = solve_on(scene, scene.band_set("rgb"), spectral.plan, shared, spectral.transport)
+        rgb = replace(rgb, watch=watch)
         rgb_readings = rgb.photometers()
         rgb_record = solution_record(rgb, rgb_readings, asked, time.perf_counter() - started)
         rooms.append(ReportRoom({"rgb": rgb, "31": spectral}, {"rgb": rgb_readings, "31": readings},
                           {"rgb": rgb_record, "31": record}, None))
+        if watch.stopped:
+            break
     return rooms
 
 

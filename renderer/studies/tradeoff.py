@@ -10,7 +10,7 @@ from renderer.colour.bands import BAND_SETS, narrow_bands
 from renderer.errors import InputError
 from renderer.readings.photometer import make_meter
 from renderer.scene.scene import Scene
-from renderer.solving.plan import Plan, make_plan
+from renderer.solving.plan import PROMISE, Plan, make_plan
 from renderer.solving.solution import solve_on
 from renderer.solving.transport_store import Progress, TransportStore
 from renderer.studies.tradeoff_asked import AskedStudy, measure_asked
@@ -121,7 +121,9 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     plan = make_plan(scene, 0.01, None)
     own = scene.solver.patch_size
     plans = tried_plans(plan, own)
-    finest = replace(plan, patch_size=min(p.patch_size for p in plans) / 2.0, rays=plan.rays and 4096)
+    # Of that accuracy readings are by elements, as those of the settings are.
+    finest = replace(plan, patch_size=min(p.patch_size for p in plans) / 2.0, rays=plan.rays and 4096,
+                     accuracy=PROMISE)
     make_plan(scene, 0.01, finest.patch_size)  # refuses what is too large
     progress(f"{scene.title}: the reference, patches of {finest.patch_size:.3g} m")
     store = TransportStore()
