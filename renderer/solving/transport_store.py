@@ -30,7 +30,7 @@ class TransportStore:
     _changing: Lock = field(default_factory=Lock, repr=False)
 
     def __reduce__(self):
-        """A copy shares the cache on disk, and computes anew what that has not."""
+        """Copy for another process: it shares the cache on disk, and computes again what is not there."""
         return TransportStore, (self.cache, {}, self.elsewhere)
 
     def transport(self, scene: Scene, plan: Plan, seed: int,

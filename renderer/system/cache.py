@@ -34,7 +34,7 @@ class Cache:
     def arrays(self, key: str, make: Callable[[], Arrays]) -> Arrays:
         """The arrays that `make` returns, read from the file of that key where there is one.
 
-        A damaged file is computed anew, with a CacheWarning; a folder that cannot be written to gives one,
+        A damaged file is computed again, with a CacheWarning; a folder that cannot be written to gives one,
         too.
         """
         named = _digest(f"{code()} {key}".encode())

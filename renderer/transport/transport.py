@@ -55,7 +55,7 @@ class Transport:
     remember : called with a name and a function that computes arrays; returns those arrays
     elsewhere : casts the rays of a large mesh on other machines; None for this machine
     pair_rays_allowed : whether rays may go between doubtful pairs alone, where that takes fewer
-    sampled : whether direct light on patches is drawn, for readings that gather it anew
+    sampled : whether direct light on patches is drawn, for readings that gather it again
     meters, placed : meters in this room by place, and their places, kept for the next room of this shape
     """
 
