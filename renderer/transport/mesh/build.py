@@ -10,7 +10,6 @@ from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle, rectangle_grid
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.mounting import CONTACT_TOLERANCE, Mounting
-from renderer.scene.room import Room
 from renderer.scene.scene import Scene, Surface
 from renderer.transport.mesh.contacts import (
     Faces,
@@ -23,6 +22,7 @@ from renderer.transport.mesh.contacts import (
 )
 from renderer.transport.mesh.gathering import gathered
 from renderer.transport.mesh.mesh import Mesh
+from renderer.transport.mesh.obstacles import blockers, obstacles
 from renderer.transport.mesh.triangulation import triangulated, without
 
 GRADING = 1.0
@@ -72,53 +72,8 @@ def build_mesh(scene: Scene, patch_size: float, finer_near: bool = True) -> Mesh
         builder.add_face(index, luminaire, (True, True))
     free = [luminaire for _, luminaire in free]
     solids = [body.mesh.triangles for body in scene.bodies if body.closed]
-    return builder.finish(faces, _obstacles(scene, free), _blockers(scene, free), scene.room.shell,
+    return builder.finish(faces, obstacles(scene, free), blockers(scene, free), scene.room.shell,
                           np.concatenate([np.zeros((0, 3, 3)), *solids]))
-
-
-def _obstacles(scene: Scene, sheets: list[Luminaire], most: int = 64) -> np.ndarray:
-    """Boxes (m, 8, 3) [m] around whatever can stand between two places in a room, flat ones for walls.
-
-    most : number of flat parts up to which each is an obstacle; a room of more is one obstacle as a whole
-    """
-    around = [body.mesh.bounds for body in scene.bodies if not body.of_room]
-    flat, walls = [], [body for body in scene.bodies if body.of_room]
-    if sum(len(body.parts.rectangles) + len(body.parts.polygons) for body in walls) > most:
-        around += [body.mesh.bounds for body in walls]
-    else:
-        for of in (body.parts for body in walls):
-            flat += [*(r.corners for r in of.rectangles), *(p.frame for p in of.polygons), *of.triangles]
-    around += [np.array([lum.outline.min(axis=0), lum.outline.max(axis=0)]) for lum in sheets]
-    hindrances = scene.room.hindrances
-    if len(hindrances) > most:
-        around, hindrances = [scene.room.bounds], []
-    hindrances = [*hindrances, *flat]
-    corners = np.array(list(np.ndindex(2, 2, 2)))
-    boxes = [bounds[corners, np.arange(3)] for bounds in around]
-    return np.array(boxes + [np.resize(h, (8, 3)) for h in hindrances]).reshape(-1, 8, 3)
-
-
-def _blockers(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
-    """Triangles (k, 3, 3) [m] of all that can stand between two places. Walls of a convex room cannot, unless
-    a solid reaches out through them."""
-    found = [body.parts.shell for body in scene.bodies]
-    for lum in sheets:
-        fan = np.arange(1, len(lum.outline) - 1)[:, None] + [0, 0, 1]
-        fan[:, 0] = 0
-        found.append(lum.outline[fan])
-    if not scene.room.convex or any(_reaches_out(scene.room, body.mesh.bounds) for body in scene.bodies):
-        found.append(scene.room.shell)
-    return np.concatenate(found) if found else np.zeros((0, 3, 3))
-
-
-def _reaches_out(room: Room, bounds: np.ndarray) -> bool:
-    """Whether a box reaches behind a face of a convex room. bounds : (2, 3) [m], lowest and highest corner"""
-    corners = bounds[np.array(list(np.ndindex(2, 2, 2))), np.arange(3)]
-    start, one, other = room.shell.transpose(1, 0, 2)
-    normals = np.cross(one - start, other - start)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    heights = np.einsum("cki,ki->ck", corners[:, None] - start, normals)
-    return bool(heights.min() < -CONTACT_TOLERANCE * room.scale)
 
 
 class _Builder:
