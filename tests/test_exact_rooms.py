@@ -87,14 +87,46 @@ def test_more_nodes_tell_nothing_new_of_light_to_and_fro(monkeypatch):
     assert few == pytest.approx(many, rel=1e-5)
 
 
+def check_within(folder, kind, seed, accuracy, solver_seed=0):
+    """Readings within four bars (7.8 standard errors), and never below the light straight from the lamp."""
+    got = read(seed, kind, accuracy, folder, solver_seed)
+    error, bar = np.abs(got.rows).T
+    # And a twentieth of the accuracy asked, for bars that come out narrow by chance.
+    assert (error <= 4 * bar + 0.05 * accuracy).all(), got.line()
+    assert got.below_direct == 0
+
+
 @settings(max_examples=2, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(kind=st.sampled_from(list(EXACT_ROOM_KINDS)), seed=st.integers(0, 10_000))
 def test_no_exact_room_is_read_far_outside_its_bar(tmp_path_factory, kind, seed):
-    got = read(seed, kind, 0.05, tmp_path_factory.mktemp("exact"))
-    error, bar = np.abs(got.rows).T
-    # Asked for 5 %: what is beyond four bars and half of that besides is no chance.
-    assert (error <= 4 * bar + 0.025).all(), got.line()
-    assert got.below_direct == 0
+    check_within(tmp_path_factory.mktemp("exact"), kind, seed, 0.05)
+
+
+@pytest.mark.slow
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(kind=st.sampled_from(list(EXACT_ROOM_KINDS)), seed=st.integers(0, 100_000),
+       solver_seed=st.integers(0, 1000), accuracy=st.sampled_from([0.05, 0.02, 0.01]))
+def test_no_exact_room_of_any_seed_is_read_far_outside_its_bar(tmp_path_factory, kind, seed, solver_seed,
+                                                               accuracy):
+    check_within(tmp_path_factory.mktemp("exact"), kind, seed, accuracy, solver_seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("accuracy", [0.05, 0.01])
+def test_bars_hold_for_95_of_100_readings_of_exact_rooms(tmp_path, accuracy):
+    rooms = range(3 * len(EXACT_ROOM_KINDS))
+    rows = np.concatenate([read(seed, None, accuracy, tmp_path).rows for seed in rooms])
+    over = rows[:, 0] / rows[:, 1]
+    # Of a hundred readings, of which 95 % lie inside in the long run, 89 or more do so in 99 of 100 draws.
+    assert np.mean(np.abs(over) <= 1) >= 0.89
+    assert abs(over.mean()) <= 0.3
+
+
+def test_light_to_and_fro_is_read_to_its_narrow_bar(tmp_path):
+    """With the mean light of whole patches it was read 0.054 % low by a bar of 0.017 %, on every mesh."""
+    error, bar = np.abs(read(6, "to and fro", 0.01, tmp_path).rows).T
+    assert (error <= 2 * bar).all()
+    assert error.max() < 2e-4
 
 
 def test_rooms_are_alike_for_equal_seeds_and_scenes_of_four_meters(tmp_path: Path):

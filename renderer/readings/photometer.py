@@ -155,7 +155,7 @@ def _sensors(transport: Transport, spot: MeterPlace, rays: int) -> tuple[Sensor,
         whole = whole[some] & (seen.share == 1).all(axis=0)
     # Whole patches have their mean direct light; smaller elements have their own.
     light = transport.direct_replicas[:, patch]
-    divided = np.flatnonzero(~whole)
+    divided = np.flatnonzero(~whole | (transport.ray_scene is None))
     light[:, divided] = element_light(transport, spot.position, spot.normal, patch[divided], corners[divided],
                                       seen.of(divided), rays)
     return tuple(sense(transport, transport.n_surfaces, transport.mesh.surface[patch], patch, *seen.middle.T,

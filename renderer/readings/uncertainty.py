@@ -8,6 +8,9 @@ from scipy.special import stdtrit
 
 READING_ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
+ELEMENT_QUADRATURE = 1e-4
+"""Share of what surfaces send by which sums over a meter's elements, each up to 1/4,000 of its view, may err
+on any mesh (docs/verification.md)."""
 
 ORDER = 1.3
 """Order of convergence taken for all readings; 1.1 to 2.4 is observed (docs/verification.md)."""
@@ -66,7 +69,8 @@ def half_widths(meshes: np.ndarray, replicas: np.ndarray, steps: tuple[float, ..
         [lx]
     replicas : (s, 1 + n_surfaces) likewise by each replica; none where nothing is sampled
     steps : (k,) patch size of each mesh over that of the one before, as in `step_shares`
-    quadrature : share of the reading by which sums over measured luminaires' openings may err on any mesh
+    quadrature : share of the reading by which sums over measured luminaires' openings may err on any mesh;
+        those over elements err by ELEMENT_QUADRATURE
     rare : from `rare_half_width` [lx]
 
     Mesh: the move of the reading from each mesh to the next; or, where that is more, the moves of what each
@@ -77,7 +81,8 @@ def half_widths(meshes: np.ndarray, replicas: np.ndarray, steps: tuple[float, ..
     apart = np.diff(meshes, axis=0)
     moved = np.maximum(np.abs(apart.sum(axis=1)), np.linalg.norm(apart, axis=1)) * step_shares(steps)
     reading = meshes[0].sum()
-    mesh = np.hypot(np.sqrt((moved**2).mean()), quadrature * reading)
+    sums = np.hypot(quadrature * reading, ELEMENT_QUADRATURE * meshes[0, 1:].sum())
+    mesh = np.hypot(np.sqrt((moved**2).mean()), sums)
     sampling = half_width(replicas.sum(axis=1)) if len(replicas) > 1 else 0.0
     return float(mesh + READING_ROUNDING * reading), float(np.hypot(sampling, rare))
 
