@@ -63,7 +63,7 @@ class Solving:
     "debug, info or warning: each step of the run with its seconds, on stderr; else none is shown."
 
     def checked(self) -> "Solving":
-        """Refuse what the types let through, and show the log asked for."""
+        """Refuse invalid values that the types accept, and start the log."""
         from renderer.colour.bands import BAND_SETS
 
         if self.log_level is not None:
@@ -97,7 +97,7 @@ class Printing:
     "The same as --format json."
 
     def checked(self) -> str:
-        """The format asked. Raises InputError for one there is not, or two at once."""
+        """The output format. Raises InputError for an unknown one, or for two at once."""
         if self.format not in ("table", "json", "csv"):
             raise InputError(f"--format is {self.format!r}; must be table, json or csv.")
         if self.json_ and self.format == "csv":

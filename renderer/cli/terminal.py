@@ -208,7 +208,7 @@ def interrupt(number: int, _frame) -> None:
 
 
 def interrupted() -> bool:
-    """Whether the run has been asked to end."""
+    """Whether Ctrl-C or SIGTERM has come."""
     return bool(_interrupted)
 
 

@@ -10,9 +10,9 @@ from renderer.pictures.sheet import plain
 
 def save_polar(title: str, caption: str, curves: dict[str, tuple[np.ndarray, np.ndarray]], unit: str,
                path: Path) -> Path:
-    """Draw intensities about a luminaire, the nadir at the bottom.
+    """Draw intensities of a luminaire, with the nadir at the bottom.
 
-    curves : by name of the plane, angles from the nadir (k,) [°], positive to the right, and intensities (k,)
+    curves : angles from the nadir (k,) [°], positive to the right, and intensities (k,), by name of the plane
     """
     from matplotlib.ticker import MaxNLocator
 

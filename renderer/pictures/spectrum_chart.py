@@ -1,4 +1,4 @@
-"""A spectrum drawn: its curve, and what 31 bands keep of it."""
+"""A chart of a spectrum: its curve, and its averages in 31 bands."""
 
 from pathlib import Path
 
@@ -11,10 +11,11 @@ from renderer.pictures.sheet import plain
 
 def save_chart(title: str, caption: str, curves: dict[str, tuple[np.ndarray, np.ndarray]], edges: np.ndarray,
                steps: np.ndarray, rgb: np.ndarray | None, path: Path) -> Path:
-    """Draw curves over wavelength and the first one's band averages.
+    """Draw curves over wavelength, and the band averages of the first one.
 
-    curves : wavelengths [nm] and values by name; edges (n + 1,) [nm] and steps (n,) of the bands;
-    rgb : linear colour of a paint, for its swatch; None for a lamp.
+    curves : wavelengths [nm] and values, by name
+    edges, steps : (n + 1,) [nm] and (n,), of the bands
+    rgb : linear colour of a paint, for the filling; None for a lamp
     """
     figure = new_figure(7.6, 4.6, title, dpi=110)
     axes = figure.subplots()
@@ -26,7 +27,7 @@ def save_chart(title: str, caption: str, curves: dict[str, tuple[np.ndarray, np.
     for k, (name, (nm, values)) in enumerate(curves.items()):
         colour = "black" if not several else f"C{k}"
         axes.plot(nm, values, color=colour, lw=1.6 if k == 0 else 1.2, label=name, zorder=3)
-        if rgb is not None:  # past its samples a reflectance keeps its end values, dotted
+        if rgb is not None:  # a reflectance is constant beyond its samples: dotted
             for end, value, limit in ((nm[0], values[0], 360.0), (nm[-1], values[-1], 780.0)):
                 if (end - limit) * (1 if limit < 500 else -1) > 0:
                     axes.plot([end, limit], [value, value], ":", color=colour, lw=1, zorder=3)

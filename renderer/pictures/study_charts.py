@@ -95,7 +95,7 @@ def models_by_cost(path: Path, models: dict[str, tuple[int, list[float]]], bound
 
 def boxes(path: Path, groups: list[str], values: list[list[np.ndarray]], labels: list[str], titles: list[str]
           ) -> Path:
-    """Box plots (5th to 95th percentile), one panel a quantity, one box a group."""
+    """Draw box plots (5th to 95th percentile), one panel for each quantity, one box for each group."""
     figure, axes = _figure(9, 3.4, len(values))
     figure.get_layout_engine().set(wspace=0.05)
     for axis, columns, label, title in zip(np.atleast_1d(axes), values, labels, titles, strict=True):
@@ -108,7 +108,8 @@ def boxes(path: Path, groups: list[str], values: list[list[np.ndarray]], labels:
 
 
 def reds(path: Path, spectral: np.ndarray, rgb: np.ndarray, bound: np.ndarray) -> Path:
-    """How much brighter a room of 20 % red is than the grey one: distributions over rooms and chips."""
+    """Draw the distributions, over rooms and chips, of the illuminance in a room of 20 % red over that in a
+    grey one."""
     figure, axes = _figure()
     edges = np.linspace(0, 60, 61)
     for values, name, style in (

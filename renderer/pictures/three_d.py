@@ -70,7 +70,7 @@ def save_view(solutions: list[tuple[str, Solution]], top: float, path: Path,
     for _, solution in solutions:
         plotter = pyvista.Plotter(off_screen=True, window_size=(640, 560))
         plotter.background_color = "white"
-        # lighting off: shading would falsify the colours. Back faces off: the near walls vanish.
+        # No lighting: shading would change the colours. No back faces: the near walls are left out.
         plotter.add_mesh(patches(solution), scalars="luminance_cd_m2", cmap=colour_map(palette),
                          clim=(0, top), lighting=False, show_scalar_bar=False, culling="back",
                          show_edges=True, edge_color="#202020", edge_opacity=0.25)

@@ -9,19 +9,24 @@ from renderer.scene.room import spelt, winding
 CELLS_ACROSS = 128
 """Cells along the longest side of the faces' extent."""
 FACE_STEP = 0.4
-"""Longest distance between the points that faces are marked by, in cells: no path from cell to cell then
-crosses a face unseen."""
-LEAST_SHARE = 0.01
-"""A cavity smaller than this part of the whole extent is no room: a drawer, the inside of a wall."""
+"""Largest distance, in cells, between the points that mark a face, so that no path from cell to cell crosses
+a face between them."""
+MIN_ROOM_SHARE = 0.01
+"""Smallest volume of a room, relative to the whole extent; drawers and the inside of walls are smaller."""
 CELLS_BESIDE = 2
-"""Cells from a cavity within which faces are of its walls, or a place may be in it."""
+"""Largest distance, in cells, of a cavity from its walls and from places in it."""
 FACE, UNENCLOSED = -2, -1
-"""What a cell holds that is in no cavity: a face, or air that reaches out of the faces' extent."""
+"""Numbers of cells outside all cavities: with a face, and with air that is not enclosed."""
 
 
 @dataclass(frozen=True)
 class Cavity:
-    """Enclosed air. place : (3,) [m] far from all faces; extent : (3,) [m]; volume [m³]"""
+    """Enclosed air.
+
+    place : (3,) [m], far from all faces
+    extent : (3,) [m]
+    volume : [m³]
+    """
 
     place: np.ndarray
     extent: np.ndarray
@@ -33,10 +38,13 @@ class Cavity:
 
 @dataclass(frozen=True)
 class Cavities:
-    """All of them.
+    """The cavities of a file.
 
-    rooms : the numbers of those that are rooms, the largest first; each : of all of them
-    cell : (nx, ny, nz) the number of each cell's cavity, FACE or UNENCLOSED; low : (3,) [m]; pitch [m]
+    rooms : numbers of the cavities that are rooms, the largest first
+    each : all cavities
+    cell : (nx, ny, nz) number of each cell's cavity, or FACE or UNENCLOSED
+    low : (3,) [m] corner of the grid
+    pitch : [m] of the grid
     """
 
     rooms: list[int]
@@ -46,16 +54,16 @@ class Cavities:
     pitch: float
 
     def index(self, points: np.ndarray) -> tuple[np.ndarray, ...]:
-        """The cells that points (…, 3) are in, those past the grid's border its nearest."""
+        """The cells of points (…, 3), the nearest ones for points outside the grid."""
         cell = np.floor((points - self.low) / self.pitch).astype(int)
         return tuple(np.moveaxis(np.clip(cell, 0, np.array(self.cell.shape) - 1), -1, 0))
 
     def of(self, points: np.ndarray) -> list[int]:
-        """The cavities, or UNENCLOSED, that points (k, 3) are in; those in a face's cell left out."""
+        """The cavities, or UNENCLOSED, of points (k, 3), without points in the cell of a face."""
         return sorted({int(k) for k in self.cell[self.index(points)] if k != FACE})
 
     def beside(self, chosen: list[int], triangles: np.ndarray) -> np.ndarray:
-        """Which triangles (k, 3, 3) come near some of the cavities (k,)."""
+        """Whether triangles (k, 3, 3) are near some of the cavities (k,)."""
         from scipy import ndimage
 
         cells = np.isin(self.cell, chosen)
@@ -65,10 +73,12 @@ class Cavities:
 
 
 def cavities(triangles: np.ndarray, closed: np.ndarray) -> Cavities:
-    """The cavities of triangles (k, 3, 3) [m]; closed : (k,) whether each is of a solid, wound outward.
+    """The cavities of triangles (k, 3, 3) [m].
 
-    Rooms are the air between solids and sheets; where there is none, what the solids enclose: then the file
-    draws inner surfaces alone.
+    closed : (k,) whether a triangle is of a solid, wound outward
+
+    Rooms are the air between solids and sheets, or, where there is none, the inside of the solids: then the
+    file has inner surfaces alone.
     """
     from scipy import ndimage
 
@@ -86,7 +96,7 @@ def cavities(triangles: np.ndarray, closed: np.ndarray) -> Cavities:
         start = np.array([side.start for side in box])
         each.append(Cavity(low + (start + np.array(deepest) - 0.5) * pitch,
                            (np.array(inner.shape) - 1) * pitch, float(inner.sum()) * pitch**3))
-    large = [k for k, one in enumerate(each) if one.volume > LEAST_SHARE * np.prod(high - low)]
+    large = [k for k, one in enumerate(each) if one.volume > MIN_ROOM_SHARE * np.prod(high - low)]
     places = np.array([each[k].place for k in large]).reshape(-1, 3)
     depth = -winding(places, triangles[closed]) if closed.any() else np.zeros(len(places))
     least = depth.min(initial=np.inf) + 0.5
@@ -95,7 +105,7 @@ def cavities(triangles: np.ndarray, closed: np.ndarray) -> Cavities:
 
 
 def _points(triangles: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points (m, 3) all over triangles (k, 3, 3), no farther apart than `step`, and whose they are (m,)."""
+    """Points (m, 3) on triangles (k, 3, 3), at most `step` apart, and their triangles (m,)."""
     sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
     counts = np.maximum(1, np.ceil(sides.max(axis=1) / step).astype(int))
     found, owner = [], []

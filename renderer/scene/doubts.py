@@ -1,23 +1,19 @@
-"""What of a scene is likely a slip: absurd lumens, a room of the wrong unit, furniture through a wall."""
+"""Likely mistakes in a scene: too many lumens, a room in the wrong unit, furniture through a wall."""
 
 from renderer.scene.room import distances, winding
 from renderer.scene.scene import Body, Scene
 
-OFFICE_PANEL, MAX_LUMENS_UNASKED = 4000.0, 2e6
-"""Lumens of an office panel; and of a luminaire from which a scene is asked about: a stadium has 2e5."""
+LIKELY_LUMENS = 2e6
+"""Largest likely flux of a luminaire: ten times that of a stadium floodlight."""
 LIKELY_ROOM = (1.0, 200.0)
-"""Longest side [m] of a room from a file that states no unit, from and to which nothing is asked."""
-THROUGH = 0.01
-"""An object that reaches farther out of the room than this [m] is asked about."""
-MOST_VERTICES = 2000
-"""Vertices of an object that are looked at."""
+"""Likely longest side [m] of a room from a file without a unit, smallest and largest."""
 
 
 def doubts(scene: Scene) -> list[str]:
-    """What of a scene is likely a slip of the pen, in sentences without their full stop."""
-    found = [f"luminaires {lum.name!r} gives {lum.lumens:.3g} lm, as much as {lum.lumens / OFFICE_PANEL:.2g} "
+    """Sentences about likely mistakes in a scene, without full stop."""
+    found = [f"luminaires {lum.name!r} gives {lum.lumens:.3g} lm, as much as {lum.lumens / 4000:.2g} "
              "office panels; check its flux or luminance, and the units of its size"
-             for lum in scene.luminaires if lum.lumens > MAX_LUMENS_UNASKED]
+             for lum in scene.luminaires if lum.lumens > LIKELY_LUMENS]
     given = scene.table.get("room", {})
     if "mesh" in given and "units" not in given and not LIKELY_ROOM[0] < scene.size.max() < LIKELY_ROOM[1]:
         size = " × ".join(f"{x:.3g}" for x in scene.size)
@@ -28,15 +24,15 @@ def doubts(scene: Scene) -> list[str]:
             name = body.name.partition(": ")[0]
             reach[name] = max(reach.get(name, 0.0), _reach(scene, body))
     found += [f"objects {name!r} reaches {far:.2g} m out of the room; what is outside takes no part"
-              for name, far in reach.items() if far > THROUGH]
+              for name, far in reach.items() if far > 0.01]
     return found
 
 
 def _reach(scene: Scene, body: Body) -> float:
-    """How far a body reaches out of the room [m]."""
+    """Largest distance [m] from the room of about 2,000 vertices of a body outside it."""
     low, high = scene.room.bounds
     if (body.mesh.bounds[0] >= low).all() and (body.mesh.bounds[1] <= high).all() and scene.room.convex:
         return 0.0
-    vertices = body.mesh.vertices[:: max(1, len(body.mesh.vertices) // MOST_VERTICES)]
+    vertices = body.mesh.vertices[:: max(1, len(body.mesh.vertices) // 2000)]
     out = vertices[winding(vertices, scene.room.shell) < 0.5]
     return float(distances(out, scene.room.shell).max(initial=0.0))

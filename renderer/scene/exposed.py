@@ -14,8 +14,8 @@ from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.room import Room
 from renderer.scene.shells import Shell, components, solids_of
 
-FINE = 3000
-"""Triangles of all bodies from which facets that nothing comes near are looked at together."""
+MIN_GROUPED_TRIANGLES = 3000
+"""Triangles of all bodies from which on facets without neighbours of other shells are tested together."""
 
 
 def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
@@ -34,7 +34,7 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
         own = [piece for (_, piece), k in zip(pieces, of_solid, strict=True) if k == solid]
         volume = trimesh.triangles.mass_properties(np.concatenate([p.triangles for p in own])).volume
         shells.append(Shell(np.concatenate([p.triangles for p in own]), 1, -1.0 if volume < 0 else 0.0))
-    fine, alone = sum(len(piece.faces) for _, piece in pieces) > FINE, []
+    fine, alone = sum(len(piece.faces) for _, piece in pieces) > MIN_GROUPED_TRIANGLES, []
     for place, ((index, piece), solid) in enumerate(zip(pieces, of_solid, strict=True)):
         parts = bodies[index].parts if count[index] == 1 else flat_parts(piece)
         shell = int(solid) + 1 if solid >= 0 else -1

@@ -16,7 +16,7 @@ from renderer.scene.scene import Body
 from renderer.scene.schema import ObjectTable
 
 Used = Callable[[str, str], Material]
-"""Function from a material's name and the key it stands in to the scene's material. Raises InputError."""
+"""Function from a material's name and its key in the file to the scene's material. Raises InputError."""
 
 
 @dataclass(frozen=True)

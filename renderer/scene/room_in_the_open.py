@@ -22,8 +22,6 @@ from renderer.scene.surface_names import FACINGS, surface_names
 
 ON_SURFACE = 0.4
 """Least winding number of a solid about a place in it or on its surface."""
-MOST_LISTED = 12
-"""Cavities of a file that are listed."""
 
 
 def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
@@ -98,7 +96,7 @@ def _several(model: Model, found: Cavities, where: str) -> InputError:
 
 
 def _listed(model: Model, found: Cavities) -> str:
-    each = [f"{k + 1}) {found.each[cavity]}" for k, cavity in enumerate(found.rooms[:MOST_LISTED])]
+    each = [f"{k + 1}) {found.each[cavity]}" for k, cavity in enumerate(found.rooms[:12])]
     return f"{model.file} holds {len(found.rooms)} cavities: {'; '.join(each)}"
 
 

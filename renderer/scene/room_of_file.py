@@ -1,4 +1,4 @@
-"""The room of a mesh file: the inside of one closed surface, or else of what its faces have between them."""
+"""The room of a mesh file: the inside of one closed surface, or else the air between its faces."""
 
 from pathlib import Path
 
@@ -15,11 +15,12 @@ from renderer.scene.surface_names import FACINGS
 
 def room_of_file(table: RoomTable, places: np.ndarray, materials: list[str], path: Path
                  ) -> tuple[Room, list[Body], list[str]]:
-    """The room, the walls and slabs of its file where no one surface encloses it, and which of the file's
-    cavities it is, in sentences. Raises InputError.
+    """The room, the walls and slabs of its file where no one surface encloses it, and sentences about the
+    cavity that it is. Raises InputError.
 
-    places : (k, 3) [m] of the scene's luminaires and meters; materials : the scene's, by name
-    path : the scene file's
+    places : (k, 3) [m] of the scene's luminaires and meters
+    materials : names of the scene's
+    path : of the scene file
     """
     file = path.parent / table.mesh, table.units, table.up, list(table.surfaces), materials
     painted = tuple(key for key in FACINGS if getattr(table, key) is not None)

@@ -53,7 +53,7 @@ def explain(fault: dict) -> str:
 
 
 def _allowed(said: str) -> str:
-    """What pydantic says is allowed, in the words of TOML."""
+    """The condition in a message of pydantic, in the words of TOML."""
     for words, ours in IN_TOML:
         said = re.sub(words, ours, said)
     for start in ("Input should", "String should", "List should", "Tuple should"):

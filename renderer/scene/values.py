@@ -79,7 +79,7 @@ def _plain(value, where: str, depth: int):
 
 
 def replaces(one: str, other: str) -> bool:
-    """Whether setting the other dotted key undoes the one."""
+    """Whether a value of the dotted key `other` replaces one of the dotted key `one`."""
     (place, _, last), (its, _, name) = one.rpartition("."), other.rpartition(".")
     instead = place == its and any({last, name} <= set(group) for group in ALTERNATIVE_KEYS)
     return instead or f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")

@@ -48,7 +48,7 @@ def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, s
 
 def save_page(rooms: list[ReportRoom], command: str, out: Path, progress: Progress,
          outside: bool = False) -> tuple[Path, list[str]]:
-    """Write report.html; returns its path, and sentences about changes of what was asked.
+    """Write report.html; returns its path, and sentences about changes of the request.
 
     command : the command line, for the page
     outside : include files outside a scene's folder

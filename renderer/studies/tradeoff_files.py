@@ -62,7 +62,7 @@ def _markdown(found: Tradeoff) -> list[str]:
 
 
 def asked_table(found: Tradeoff) -> Table:
-    """What `--accuracy` takes and errs by."""
+    """Times and errors of `--accuracy`."""
     rows = [[f"{100 * a.accuracy:g} %", f"{a.seconds:.2g}", _percent(a.bar), _percent(a.error)]
             for a in found.asked.asked]
     return Table(f"{found.scene.title}: what --accuracy takes, held against readings known to "
@@ -71,7 +71,7 @@ def asked_table(found: Tradeoff) -> Table:
 
 
 def three_sentences(found: Tradeoff) -> list[str]:
-    """What the picture shows: of what is asked, of other programs, of the settings."""
+    """Captions of the picture: on `--accuracy`, on other programs, on the settings."""
     asked, floor = found.asked.asked, found.asked.floor
     off = [a for a in asked if a.error > a.bar + floor]
     span = (f"From {100 * asked[0].accuracy:g} % to {100 * asked[-1].accuracy:g} % the time of all readings "
@@ -97,7 +97,7 @@ def _of_peers(found: Tradeoff) -> str:
 
 
 def _seconds_to(points: Sequence[tuple[float, float]], error: float) -> float:
-    """When a curve of (seconds, error) falls to an error: errors fall as 1/√seconds."""
+    """Time [s] at which a curve of (seconds, error) reaches an error, which falls as 1/√seconds."""
     level = np.median([e * np.sqrt(seconds) for seconds, e in points])
     return float((level / error) ** 2)
 

@@ -40,7 +40,7 @@ class Lamps:
         return per_lumen @ weights
 
     def flux(self, solution: Solution) -> np.ndarray:
-        """What each group of power 1 sends (n_groups, n_bands)."""
+        """Flux (n_groups, n_bands) of each group at power 1."""
         power = self.power[self.first]
         return solution.flux[self.first] / np.where(power > 0, power, 1.0)[:, None]
 

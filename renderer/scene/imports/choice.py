@@ -1,4 +1,4 @@
-"""The choice of the room of a file that becomes a scene, and of the things that may stand in it."""
+"""The choice of the room of a file that becomes a scene, and of the objects in it."""
 
 import re
 from dataclasses import replace

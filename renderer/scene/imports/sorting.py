@@ -1,4 +1,4 @@
-"""The division of a file's loose faces into the surface around a room and the things in it."""
+"""The division of a file's loose faces into the surface around a room and the objects in it."""
 
 import numpy as np
 

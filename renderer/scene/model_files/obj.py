@@ -143,7 +143,7 @@ class _Colours:
         texture = self._texture(material.get("map_kd", ""), piece, uv)
         if texture is None:
             return colour
-        # Exporters leave Kd black, or out, where the texture says it all.
+        # Exporters leave Kd black, or leave it out, beside a texture.
         return texture if colour is None or not colour.any() else texture * colour
 
     def _texture(self, said: str, piece: Piece, uv: np.ndarray | None) -> np.ndarray | None:

@@ -130,7 +130,7 @@ def _outlined(folder: Path, turn: float, far: float) -> float:
 
 
 def _bent(folder: Path, turn: float, far: float) -> Reading:
-    """The same in an L-shaped room, where rays are cast."""
+    """Reading in an L-shaped room, with rays, turned and moved."""
     bend = ((0, 0), (6, 0), (6, 3), (4, 3), (4, 6), (0, 6))
     return solve(_moved(folder, bend, turn, far), "rgb").photometers()[0]
 
@@ -147,7 +147,7 @@ def _moved(folder: Path, outline, turn: float, far: float) -> Scene:
 
 
 def lamps_and_meters(folder: Path) -> list[Case]:
-    """Lamps that touch or are tiny; meters on edges, in corners, on lamps, a hair from a wall."""
+    """Luminaires in contact or of 1 µm; meters on edges, in corners, on luminaires, and 1 µm off a wall."""
     case, rows = partial(Case, "Lamps and meters"), []
     near = POINT_LAMP.replace("2, 2, 2", "2, 2, 2.999999")
     solution = solve(box_scene(folder, near, rho=0.0), "rgb", 0.05)
@@ -180,7 +180,7 @@ def lamps_and_meters(folder: Path) -> list[Case]:
 
 
 def objects(folder: Path) -> list[Case]:
-    """Contacts, duplicates, sheets, thin partitions, interpenetration; meshes that are wrong."""
+    """Contacts, duplicates, sheets, thin partitions, interpenetration; faulty meshes."""
     case, rows = partial(Case, "Objects and meshes"), []
     cube = solid("box", (1, 1, 0), (1, 1, 1))
     pieces = {
@@ -245,7 +245,7 @@ def _meshes(folder: Path, case: Callable[..., Case]) -> list[Case]:
 
 
 def meshes_and_spectra(folder: Path) -> list[Case]:
-    """One patch a wall, very many, and spectra of one line."""
+    """One patch for each wall, very many patches, and spectra of one line."""
     case, rows = partial(Case, "Resolution and spectra"), []
     fine = _total(box_scene(folder, PANEL + FLOOR_METER), 0.002)
     one = box_scene(folder, PANEL + FLOOR_METER + "\n[solver]\npatch_size = 100.0\n")
@@ -298,7 +298,7 @@ def meshes_and_spectra(folder: Path) -> list[Case]:
 
 
 def single_precision(folder: Path) -> list[Case]:
-    """What the single precision of rays does to a reading: scaled rooms round differently."""
+    """Changes of a reading by the single precision of rays, which round differently in scaled rooms."""
     rows, readings = [], []
     for k in (1.0, 1.1, 1.2, 1.3, 1.4, 1.5):
         crate = solid("box", np.multiply((0.5, 1, 0), k), np.multiply((1.2, 0.7, 1.5), k), rotation=20)

@@ -1,4 +1,4 @@
-"""Exact rooms among the cases of validation: one of each kind, and one integrated apart from this program."""
+"""Cases of exact rooms: one of each kind, and one with an integration outside this program."""
 
 from pathlib import Path
 
@@ -24,7 +24,7 @@ flux = 2500
 
 
 def below_an_uplight(folder: Path) -> list[Case]:
-    """Light that reaches the floor only by way of the ceiling, past an opaque lamp."""
+    """Light on a floor by reflection from the ceiling alone, around an opaque luminaire."""
     meters = "".join(meter(*place, 0) for place in BELOW_UPLIGHT)
     room = box_scene(folder, UPLIGHT + meters, (5, 4, 2.8), 0.8, 'floor = "black"\nwalls = "black"')
     readings = solve(room, "rgb").photometers()
@@ -35,7 +35,7 @@ def below_an_uplight(folder: Path) -> list[Case]:
 
 
 def exact_rooms(folder: Path) -> list[Case]:
-    """A random room of each kind, asked for 5 %."""
+    """A random room of each kind, with accuracy 5 %."""
     rows = []
     for kind in EXACT_ROOM_KINDS:
         for k, (error, bar) in enumerate(read(0, kind, 0.05, folder).rows, 1):
