@@ -2,11 +2,13 @@
 
     .venv/bin/python benchmarks/trade.py [row ...]
 
-Rows: office, open_plan, columns, growth, furnished, red, looser, meters, plan, bands, start; all of them
-without an argument. The peer is Mitsuba 3 as its best user runs it: all meters of a room as one batch sensor,
-in a running process, until each bar is as wide as ours was asked to be. Ours is from a loaded scene to every
-reading, without anything kept. Prints the versions, and for each row both times, their ratio and the aim.
-Nothing else should run meanwhile; the ratio is what counts. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
+Rows: office, open_plan, columns, growth, furnished, red, looser, meters, plan, bands, start, height, render,
+factors; all of them without an argument, each in a process of its own, so that one that fails says so in its
+row; and million, only where it is named. The peer is Mitsuba 3 as its best user runs it: all meters of a room
+as one batch sensor, in a running process, until each bar is as wide as ours was asked to be. Ours is from a
+loaded scene to every reading, without anything kept. Prints the versions, and for each row both times, their
+ratio and the aim. Nothing else should run meanwhile; the ratio is what counts. DRJIT_LIBLLVM_PATH names an
+LLVM for Mitsuba.
 """
 
 import json
@@ -26,6 +28,7 @@ import renderer  # before numpy, as in performance.py
 # isort: split
 import numpy as np
 
+from renderer.pictures.camera import look
 from renderer.readings.grid import readable
 from renderer.scene.reading import revised
 from renderer.scene.scene import Scene
@@ -232,6 +235,74 @@ def start() -> None:
         f"{seconds / base:.2f}", "≤ 1.5")
 
 
+def height() -> None:
+    """A luminaire with a height over the same without."""
+    seconds, off = {}, 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        for tall in (0.1, 0.0):
+            scene = _downlight(Path(folder), tall)
+            seconds[tall] = min(read(scene, 0.01)[0] for _ in range(2))
+            if tall:
+                reading, = renderer.solve(scene, "rgb", 0.01).photometers()
+                off = reading.direct_lx / (NADIR / 1.85**2) - 1
+    row("luminaire with a height over the same without; off from I/d² at 54 times its width",
+        f"{seconds[0.1]:.2f} s", f"{seconds[0.0]:.2f} s", f"{seconds[0.1] / seconds[0.0]:.2f}; {off:+.2%}",
+        "≤ 1.5; within 0.1 %")
+
+
+NADIR = 1000.0
+"""Intensity of that luminaire straight down [cd]."""
+
+
+def _downlight(folder: Path, tall: float) -> Scene:
+    """A room with a cylinder 34 mm across, so tall [m], that shines as cos⁸, and a meter 1.85 m below."""
+    steep, around = np.linspace(0, 90, 181), np.linspace(0, 360, 25)
+    candela = NADIR * np.cos(np.radians(steep)) ** 8
+    head = (f"IESNA:LM-63-2002\n[TEST] synthetic\nTILT=NONE\n1 -1 1 {len(steep)} {len(around)} 1 2 "
+            f"{'-0.034 -0.034' if tall else '0.034 0.034'} {tall}\n1 1 3\n")
+    lines = [" ".join(f"{x:g}" for x in each) for each in (steep, around, *[candela] * len(around))]
+    (folder / "downlight.ies").write_text(head + "\n".join(lines) + "\n", encoding="ascii")
+    grey = {"reflectance": 0.3}
+    table = {"title": "downlight", "materials": {"grey": grey}, "photometers": [{"position": [3, 3, 0.75]}],
+             "room": {"size": [6, 6, 3], "floor": "grey", "walls": "grey", "ceiling": "grey"},
+             "luminaires": [{"shape": "ies", "file": str(folder / "downlight.ies"), "center": [3, 3, 2.6]}]}
+    return renderer.load(table)
+
+
+def render() -> None:
+    """The command with its four files over solving and drawing."""
+    whole = command("render", "furnished_room")
+    scene = renderer.load("furnished_room")
+
+    def draw() -> float:
+        started = time.perf_counter()
+        solution = renderer.solve(scene, "31")
+        view = look(solution.transport, scene.camera, "camera")
+        view.direct(solution, solution.bands.xyz), view.indirect(solution, solution.bands.xyz)
+        return time.perf_counter() - started
+
+    alone = min(draw() for _ in range(3))
+    row("render furnished_room, whole command over solving and drawing", f"{whole:.2f} s", f"{alone:.2f} s",
+        f"{whole / alone:.2f}", "≤ 1.3")
+
+
+def factors() -> None:
+    """Form factors beside pyViewFactor."""
+    _of_performance("factors")
+
+
+def million() -> None:
+    """A million patches."""
+    _of_performance("million")
+
+
+def _of_performance(part: str) -> None:
+    script = Path(__file__).with_name("performance.py")
+    said = subprocess.run([sys.executable, script, part], capture_output=True, text=True, check=True).stdout
+    for line in filter(None, said.splitlines()):
+        row(line, "", "", "", "keep")
+
+
 def command(*arguments: str) -> float:
     """Seconds of a whole command, the shorter of two."""
     whole = [sys.executable, "-m", "renderer", *arguments, "--quiet"]
@@ -253,20 +324,29 @@ def _clock(arguments: list[str]) -> float:
 
 
 ROWS = {each.__name__: each for each in (office, open_plan, columns, growth, furnished, red, looser, meters,
-                                         plan, bands, start)}
+                                         plan, bands, start, height, render, factors)}
+NAMED = {**ROWS, "million": million}
 
 
 def main() -> None:
-    """Run what is asked, else all."""
+    """Run what is asked, else all, each in its own process."""
+    if sys.argv[1:2] == ["--row"]:
+        NAMED[sys.argv[2]]()
+        return
     versions = []
-    for package in ("spectral-radiosity", "mitsuba", "drjit", "numpy", "scipy", "embreex"):
+    for package in ("spectral-radiosity", "mitsuba", "drjit", "pyradiance", "pyviewfactor", "numpy", "scipy",
+                    "embreex"):
         try:
             versions.append(f"{package} {version(package)}")
         except PackageNotFoundError:
             continue
-    print(", ".join(versions) + "\n\n| what | ours | beside | ratio | aim |\n|---|---|---|---|---|")
+    print(", ".join(versions) + "\n\n| what | ours | beside | ratio | aim |\n|---|---|---|---|---|",
+          flush=True)
     for name in sys.argv[1:] or ROWS:
-        ROWS[name]()
+        done = subprocess.run([sys.executable, __file__, "--row", name], stderr=subprocess.PIPE, text=True,
+                              check=False)
+        if done.returncode:
+            row(name, "failed", *(done.stderr.strip().splitlines()[-1:] or [""]), "", "")
 
 
 if __name__ == "__main__":
