@@ -23,6 +23,7 @@ docs: pictures gallery tradeoff validation held examples
 
 pictures: $(VENV)/tested
 	$(BIN)/python docs/pictures.py
+	$(BIN)/python docs/living_room.py
 	$(BIN)/renderer report --quiet > /dev/null
 	$(BIN)/python docs/report_picture.py
 	$(BIN)/python docs/window_picture.py

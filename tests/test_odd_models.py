@@ -1,5 +1,8 @@
 """Model files of kinds that go wrong in other programs: the right room, or one sentence."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import trimesh
@@ -101,3 +104,15 @@ def test_a_hole_states_its_effect_in_lx_and_is_silent_below_the_bars(loaded):
     slit = renderer.solve(loaded(short, [(0, 3, 9, 8), *FACES[1:]]), bands="rgb", accuracy=0.05)
     assert not escapes(slit, [r.figure for r in slit.photometers()])
     assert escapes(slit, [])
+
+
+def test_the_furnished_room_of_the_page_opens_whole(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent / "docs"))
+    import living_room
+
+    scene = renderer.load(living_room.write(tmp_path))
+    sys.modules.pop("living_room")
+    kinds = {surface.name: surface.kind for surface in scene.surfaces if surface.of_room}
+    assert kinds["curtain"] == kinds["rug"] == kinds["leaf"] == kinds["shade"] == "sheet"
+    assert kinds["plaster"] == kinds["oak"] == kinds["linen"] == "solid"
+    assert not doubts(scene)

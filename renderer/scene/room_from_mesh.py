@@ -44,7 +44,7 @@ def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], m
     mesh, body = oriented(mesh)
     mesh = _inward(mesh, body, path, where)
     crosses = np.cross(*(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2)))
-    rise = crosses[:, 2] / np.linalg.norm(crosses, axis=1)
+    rise = crosses[:, 2] / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)
     surface, colours = surface_names(mesh.part, mesh.names, mesh.colours, rise,
                                      (named, openings, materials), painted)
     order = [*FACINGS, *named, *materials, *openings, *colours]
