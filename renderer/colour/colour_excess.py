@@ -13,7 +13,7 @@ from renderer.colour.bands import LUMINANCE_WEIGHTS
 
 DAYLIGHT_SHARE, RED_SHARE, REDDEST = 0.53, 1.5, 0.4
 """Error of RGB over colour excess under D65; what each part of red in the lamp's lumens beyond D65's adds;
-and the part past which nothing is added: least squares over the study's rooms of even number."""
+and the part past which nothing is added: least squares over the study's first 75 rooms of even number."""
 WARNED = 5.0
 """Error [%] from which a warning is given."""
 LIKELY = (0.6, 1.4)

@@ -48,9 +48,9 @@ def save_answer(rows: list[AnswerRow], path: Path) -> Path:
     canvas.text(MARGIN, MARGIN, "\n".join(said), head, weight="bold")
     x = [MARGIN + label + k * (wide + gap) for k in range(3)]
     for left, heading in zip(x, ("RGB", "31 bands", "Where they differ"), strict=True):
-        canvas.text(left + wide / 2, start - 10, heading, 32, ha="center", va="bottom", weight="bold")
+        canvas.text(left + wide / 2, start - 18, heading, 32, ha="center", va="baseline", weight="bold")
     right = x[2] + wide + 30
-    canvas.text(right, start - 10, _where(rows), MIN_TYPE_SIZE, va="bottom", color="#50565c")
+    canvas.text(right, start - 18, _where(rows), MIN_TYPE_SIZE, va="baseline", color="#50565c")
     limit = difference_limit([row.difference for row in rows])
     for k, row in enumerate(rows):
         y = start + k * (tall + gap)
