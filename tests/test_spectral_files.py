@@ -1,6 +1,8 @@
 """Spectral files as instruments and programs write them: each form small, made by hand, and read or
 refused."""
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -245,7 +247,8 @@ def check_read_or_refused(path, content):
     for read in (read_lamp, read_reflectance):
         said, found = "", None
         try:
-            found = read(path, "FILE")
+            with warnings.catch_warnings(action="error"):
+                found = read(path, "FILE")
         except renderer.InputError as refused:
             said = str(refused)
         assert "\n" not in said

@@ -168,6 +168,8 @@ def _one_of_blocks(nm: np.ndarray, values: np.ndarray, names: list[str], numbers
 
     Raises ValueError where the two differ by more than 2 % of the peak.
     """
+    if len(nm) < 4:
+        return sorted_table(nm, values, names, numbers)
     steps = np.diff(nm)
     back = steps * np.sign(np.median(steps)) < -0.5 * np.ptp(nm)
     blocks = np.split(np.arange(len(nm)), np.flatnonzero(back) + 1)
