@@ -1,4 +1,4 @@
-"""How far readings are from the truth, and which choice of method brings them nearer.
+"""Errors of readings against a fine mesh, with and without each part of the method.
 
     .venv/bin/python benchmarks/accuracy.py
 
@@ -41,7 +41,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def read(scene, size: float, rays: int = 0, collocation: bool = False, seed: int = 0) -> tuple:
-    """Total illuminance [lx] (ρ, spots), patches, and the seconds it took."""
+    """Total illuminance [lx] (ρ, spots), number of patches, and time [s]."""
     started = time.perf_counter()
     transport = compute_transport(scene, size, rays, seed)
     mesh, lumens = transport.mesh, scene.luminaires[0].lumens

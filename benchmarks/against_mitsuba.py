@@ -1,4 +1,4 @@
-"""Random rooms here and in Mitsuba 3: how many readings lie inside both bars, and how sharp ours are.
+"""Random rooms here and in Mitsuba 3: share of readings inside both bars, and width of the bars here.
 
     .venv/bin/python benchmarks/against_mitsuba.py [rooms] [accuracy ...] [--out FILE] [--seconds S]
 
@@ -32,7 +32,7 @@ DARK = 1e-3
 
 
 def option(arguments: list[str], name: str, default: str) -> str:
-    """What follows a name in the arguments, both taken out."""
+    """The value of an option, which is removed from the arguments."""
     if name not in arguments:
         return default
     at = arguments.index(name)
@@ -42,7 +42,7 @@ def option(arguments: list[str], name: str, default: str) -> str:
 
 
 def main(arguments: list[str]) -> None:
-    """Run what is not done yet, and print the table of all that is."""
+    """Run the missing rooms, and print the table of all."""
     out, seconds = Path(option(arguments, "--out", "outputs/against_mitsuba.jsonl")), float(
         option(arguments, "--seconds", "20"))
     rooms = int(arguments[0]) if arguments else 200
@@ -95,7 +95,7 @@ def line(row: dict) -> str:
 
 
 def table(done: list[dict]) -> None:
-    """Print what share of readings is inside both bars, and how sharp ours are."""
+    """Print the share of readings inside both bars, and the width of the bars here."""
     refused = [row for row in done if "refused" in row]
     some = [row for row in done if "ours" in row]
     print(f"\n{len(some)} rooms, {len(refused)} more refused\n"

@@ -1,4 +1,4 @@
-"""How far colour readings from 31 bands are from those at 1 nm.
+"""Errors of colour readings from 31 bands against 1 nm.
 
     .venv/bin/python benchmarks/colour_readings.py [paints]
 
@@ -25,7 +25,7 @@ QUANTITIES = ("x, y", "CCT %", "Duv", "Ra", "Rf", "Rg", "α-opic %")
 
 
 def errors(got: np.ndarray, truth: np.ndarray) -> list[float]:
-    """Of QUANTITIES, NaN where a quantity means nothing."""
+    """Errors in QUANTITIES, NaN where a quantity is not defined."""
     a, b = colour_of(got), colour_of(truth)
     keys = ("cct_K", "duv", "cri_ra", "tm30_rf", "tm30_rg")
     white = np.array([[np.nan if c[k] is None else c[k] for k in keys] for c in (a, b)])

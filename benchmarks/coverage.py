@@ -1,4 +1,4 @@
-"""Whether error bars hold in rooms whose readings are known exactly.
+"""Error bars in rooms with exactly known readings.
 
     .venv/bin/python benchmarks/coverage.py [rooms] [accuracy ...] [--kind KIND]
 

@@ -1,4 +1,4 @@
-"""Rooms for comparison with other programs: as in tests/random_rooms.py, and more kinds of all in them.
+"""Rooms for comparison with other programs: those of tests/random_rooms.py, with more kinds of objects.
 
 L- and T-shaped outlines, shelves, louvres, sheets, pendants and uplights, reflectances to 0.95, meters
 anywhere.
@@ -95,7 +95,8 @@ def _box(corner, size) -> list[str]:
 
 
 def _meter(random, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """On the floor, the ceiling or a wall, or free in the room; one in four within centimetres of an edge."""
+    """A meter on the floor, the ceiling or a wall, or free in the room; one in four within centimetres of an
+    edge."""
     position, normal = random.uniform(0.03, 0.97, 3) * size, random.normal(size=3)
     if random.integers(4) == 0:
         position[random.integers(2)] = random.uniform(0.005, 0.05)

@@ -1,4 +1,4 @@
-"""Whether error bars hold, and how sharp they are, over random rooms, lamps, objects and points.
+"""Coverage and width of error bars over random rooms, lamps, objects and points.
 
     .venv/bin/python benchmarks/error_bars.py [rooms] [accuracy]
 

@@ -1,4 +1,4 @@
-"""What `renderer plan` says beforehand, over what `renderer photometer` then takes.
+"""Forecasts of `renderer plan` over the time, memory and bars of `renderer photometer`.
 
     .venv/bin/python benchmarks/estimates.py
 
@@ -19,7 +19,7 @@ RUNS = (["grey_room"], ["red_room"], ["red_room", "--accuracy", "0.3%"],
 
 
 def main() -> None:
-    """Print one line a run: said, taken, and their ratio."""
+    """Print forecast, result and ratio, one line a run."""
     print(f"{'':34}{'patches':>16}{'rays':>8}{'seconds':>20}{'GB':>20}{'widest bar':>22}")
     for run in RUNS:
         command = [sys.executable, "-m", "renderer"]
@@ -42,7 +42,7 @@ def main() -> None:
 
 
 def widths(record: dict) -> list[float]:
-    """Error bars over what they are of: photometers, grids' means and least values."""
+    """Error bars relative to the reading, of photometers and of grids' means and minima."""
     lux = [meter["illuminance_lx"] for meter in record["readings"]]
     bars = [(meter["uncertainty"], meter["total"]) for meter in lux]
     for grid in record.get("grids", []):

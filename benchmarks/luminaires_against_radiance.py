@@ -45,7 +45,7 @@ def intensity(kind: str, planes: np.ndarray, gamma: np.ndarray, random) -> np.nd
 
 
 def drawn(seed: int, folder: Path):
-    """The scene of a seed, the IES file of its luminaire, and how that is turned [°]."""
+    """The scene of a seed, the IES file of its luminaire, and its rotation [°]."""
     random = np.random.default_rng((179, seed))
     size = np.exp(random.uniform(np.log([3, 3, 2.5]), np.log([9, 9, 4])))
     kind, opening = KINDS[seed % 4], OPENINGS[seed % 3]
@@ -83,7 +83,7 @@ def drawn(seed: int, folder: Path):
 
 
 def in_radiance(scene, ies: Path, turn: float, folder: Path, seconds: float):
-    """What every meter reads in Radiance."""
+    """Readings of all meters in Radiance."""
     import pyradiance
 
     room = hand_over(replace(scene, luminaires=[], lamps=[]))

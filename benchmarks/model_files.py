@@ -1,4 +1,4 @@
-"""What becomes of model files: which open, and whether their geometry is right.
+"""Model files: whether they open, and whether their geometry is right.
 
     .venv/bin/python benchmarks/model_files.py FOLDER … [--csv FILE] [--patches]
 
@@ -55,7 +55,7 @@ def examined(path: Path, patches: bool) -> dict:
 
 
 def area_error(file) -> float:
-    """How far the triangles of flat polygons are from these, by area."""
+    """Difference in area between flat polygons and their triangles."""
     vectors = newell(file.vertices, file.corners, file.sizes)
     faces, owner = triangles_of_polygons(file.vertices, file.corners, file.sizes)
     own = np.bincount(owner, areas(file.vertices, faces), len(file.sizes))
@@ -83,7 +83,7 @@ def _simple(file, index: int) -> bool:
 
 
 def inside_out(found) -> int:
-    """Of some faces of solids, before how many the winding number is negative."""
+    """Number of faces of solids, of a sample, with a negative winding number before them."""
     closed = np.flatnonzero(found.solid >= 0)
     if not len(closed):
         return 0

@@ -1,4 +1,4 @@
-"""Real furniture and rooms here and in Mitsuba 3: readings of both, and how many lie inside both bars.
+"""Real furniture and rooms here and in Mitsuba 3: readings, and the share inside both bars.
 
     .venv/bin/python benchmarks/models_against_mitsuba.py FILE … [--room FILE x,y,z[,UP[,UNIT]]] … [options]
 
@@ -82,7 +82,8 @@ def read_triangles(path: Path, scale: float, units: str | None = None, up: str |
 
 
 def met(triangles: np.ndarray, place: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Where a ray from a place (3,) first meets a triangle, and its normal toward the place; or None."""
+    """First point of a ray from a place (3,) on a triangle, and its normal toward the place; None for no
+    point."""
     a, b, c = triangles.transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     slope = normal @ way
@@ -99,7 +100,7 @@ def met(triangles: np.ndarray, place: np.ndarray, way: np.ndarray) -> tuple[np.n
 
 
 def handed_over(scene: Scene, triangles: np.ndarray, of_room: bool) -> Handover:
-    """A scene for Mitsuba with the file's own triangles (k, 3, 3) [m] in place of what was made of them."""
+    """A scene for Mitsuba with the triangles (k, 3, 3) [m] of the file itself."""
     made = hand_over(scene)
     kept = [s for s in made.surfaces if s.radiance is not None]
     kept += made.surfaces[:0 if of_room else len(scene.room.surfaces)]

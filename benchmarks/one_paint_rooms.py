@@ -45,7 +45,7 @@ def lights(chips: np.ndarray, lamp: str) -> dict[str, tuple[np.ndarray, np.ndarr
 
 
 def temperatures(light: np.ndarray) -> np.ndarray:
-    """CCT (n,) [K] of light (n, 471); NaN where it means nothing."""
+    """CCT (n,) [K] of light (n, 471); NaN where it is not defined."""
     from scipy.spatial import cKDTree
 
     inverse = np.linspace(0.0, 1000 / MIN_CCT, 200_001)
@@ -79,7 +79,7 @@ def fidelity(light: np.ndarray, cct: np.ndarray) -> np.ndarray:
 
 
 def numbers(light: np.ndarray, cct: np.ndarray) -> np.ndarray:
-    """What is compared (n, 11) of light (n, 471): E_v, x, y, CCT, R_a, R_f and the five α-opic."""
+    """Compared numbers (n, 11) of light (n, 471): E_v, x, y, CCT, R_a, R_f and the five α-opic."""
     xyz = K_M * light @ cie_1931()[1]
     rendered = np.full((len(light), 2), np.nan)
     for start in range(0, len(light), CHUNK):
@@ -92,7 +92,7 @@ def numbers(light: np.ndarray, cct: np.ndarray) -> np.ndarray:
 
 
 def errors(true: np.ndarray, rebuilt: np.ndarray) -> np.ndarray:
-    """Errors (n, 7), in the units of COLUMNS, NaN where a number means nothing."""
+    """Errors (n, 7), in the units of COLUMNS, NaN where a number is not defined."""
     truth, found = (numbers(light, temperatures(light)) for light in (true, rebuilt))
     relative = 100 * (found / truth - 1)
     return np.column_stack([relative[:, 0], (found - truth)[:, 1:3], relative[:, 3], (found - truth)[:, 4:6],

@@ -1,4 +1,4 @@
-"""How long this program, Mitsuba 3 and Radiance take to the same error: docs/performance.md, side by side.
+"""Times of this program, Mitsuba 3 and Radiance to equal errors (docs/performance.md).
 
     .venv/bin/python benchmarks/peers.py [readings] [picture] [bands]
 
@@ -49,7 +49,7 @@ CACHES = (f"-ab 8 -aa 0.3 -ar 16 -ad 512 -as 0 -ds 0.3 -lr -10 -lw 1e-4 {DIRECT}
 
 
 def readings() -> None:
-    """Every photometer in RGB, with error bars; each peer until its bar is as narrow as ours."""
+    """Read all photometers in RGB, each peer until its bar has the width of this program's."""
     for name, accuracy in product(("furnished_room", "red_room"), (0.01, 0.003)):
         scene = renderer.load(name)
         seconds, ours = timed(lambda s=scene, a=accuracy: solve(s, "rgb", a).photometers(), 3)
@@ -86,7 +86,7 @@ def mitsuba_readings(room: Handover, bars: list[float]):
 
 
 def radiance_readings(room: Handover, bars: list[float]):
-    """Likewise; rtrace runs on one core, so there are as many at once as cores."""
+    """The same in Radiance, with one rtrace on each core."""
     cores = os.cpu_count()
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(cores) as pool:
         octree = radiance.write_octree(room, Path(folder))
@@ -96,7 +96,7 @@ def radiance_readings(room: Handover, bars: list[float]):
 
 
 def clock(work) -> tuple[float, object]:
-    """Seconds of one run, and what it returned."""
+    """Time [s] of one run, and its result."""
     started = time.perf_counter()
     made = work()
     return time.perf_counter() - started, made
@@ -113,7 +113,7 @@ class Judge:
         self.masks = np.ones_like(lamps), ~binary_dilation(lamps, np.ones((3, 3)))
 
     def against(self, picture, a, b) -> list[float]:
-        """Errors of a picture, from independent pictures a and b of the truth (one and the same if exact)."""
+        """Errors of a picture, from independent reference pictures a and b (the same one if it is exact)."""
         return [np.sqrt(max(((picture - a) * (picture - b))[m].mean(), 0)) / ((a + b) / 2)[m].mean()
                 for m in self.masks]
 
@@ -129,7 +129,7 @@ class Judge:
 
 
 def our_picture(scene, bands: str, accuracy: float):
-    """Luminance (height, width) [cd/m²], and where lamps are seen."""
+    """Luminance (height, width) [cd/m²], and whether a pixel shows a lamp."""
     solution = solve(scene, bands, accuracy)
     view = look(solution.transport, camera_of(scene), "camera")
     weights = solution.bands.xyz[:, 1:2]
@@ -138,7 +138,7 @@ def our_picture(scene, bands: str, accuracy: float):
 
 
 def camera_of(scene):
-    """Its own, at the size that is timed."""
+    """The scene's camera, at the size of the timed picture."""
     return scene.camera.model_copy(update={"resolution": SIZE})
 
 
@@ -182,7 +182,7 @@ def picture() -> None:
 
 
 def to_one_percent(seconds: list[float], errors: tuple[float, ...]) -> float:
-    """Where a power law through two pictures reaches ERROR [s]."""
+    """Time [s] at which a power law through two pictures reaches ERROR."""
     power = np.log(errors[1] / errors[0]) / np.log(seconds[1] / seconds[0])
     return seconds[1] * (ERROR / errors[1]) ** (1 / power)
 
@@ -240,7 +240,8 @@ def radiance_picture(scene, parameters: str, side: int = 2) -> np.ndarray:
 
 
 def bands() -> None:
-    """What a spectrum costs: ours 31 bands over 3, Mitsuba four wavelengths a path, Radiance 24 bands."""
+    """Cost of a spectrum over RGB: 31 bands here, four wavelengths a path in Mitsuba, 24 bands in
+    Radiance."""
     for scene in map(renderer.load, ("red_room", "furnished_room")):
         three, many = (timed(lambda scene=scene, b=b: solve(scene, b).photometers())[0]
                        for b in ("rgb", "31"))
@@ -265,7 +266,7 @@ def bands() -> None:
 
 
 def main() -> None:
-    """Run what is asked, else all."""
+    """Run the parts of the arguments, or all."""
     parts = {"readings": readings, "picture": picture, "bands": bands}
     for name in sys.argv[1:] or parts:
         parts[name]()

@@ -1,4 +1,4 @@
-"""How fast form factors, solves and pictures are, and how that grows: the table of docs/performance.md.
+"""Times of form factors, solves and pictures, and their growth (docs/performance.md).
 
     .venv/bin/python benchmarks/performance.py [factors] [reuse] [picture] [bands] [growth] [million]
 
@@ -51,7 +51,7 @@ RUNS, PAIRS = 5, 15
 
 
 def timed(work, runs: int = RUNS) -> tuple[float, object]:
-    """Median seconds of so many runs, and what the last returned."""
+    """Median time [s] of the runs, and the result of the last."""
     times = []
     for _ in range(runs):
         started = time.perf_counter()
@@ -102,7 +102,7 @@ def factors() -> None:
 
 
 def peer(mesh, truth: np.ndarray | None) -> None:
-    """The same by pyViewFactor (AREP, MIT), compiled beforehand; its error where the truth is known."""
+    """The same by pyViewFactor (AREP, MIT), compiled beforehand, with its error against `truth`."""
     try:
         import pyviewfactor
         import pyvista
@@ -224,7 +224,7 @@ def growth() -> None:
 
 
 def main() -> None:
-    """Run what is asked, else all."""
+    """Run the parts of the arguments, or all."""
     parts = {"factors": factors, "reuse": reuse, "picture": picture, "bands": bands, "growth": growth,
              "million": million}
     for name in sys.argv[1:] or parts:

@@ -1,4 +1,4 @@
-"""How the wavelengths and weights of `--bands 6` are found, and how far they err.
+"""Wavelengths and weights of `--bands 6`, and their errors.
 
     .venv/bin/python benchmarks/placed_nodes.py [SCENE]
 
@@ -57,7 +57,7 @@ def told(found: np.ndarray) -> str:
 
 
 def of_lamps(lamps: dict[str, Spectrum], lumens: dict[str, float] | None = None) -> None:
-    """Print one set of nodes for some lamps, and what each node stands for."""
+    """Print one set of nodes for some lamps, with the weights."""
     lights = {name: luminous_at_1_nm(power_at_1_nm(lamp)) for name, lamp in lamps.items()}
     nodes = nodes_for_lamps(list(lights.values()), [(lumens or {}).get(name, 1.0) for name in lights]).nodes
     print(f"{'nm':24}", "  ".join(f"{x:6.0f}" for x in nodes))
@@ -66,7 +66,7 @@ def of_lamps(lamps: dict[str, Spectrum], lumens: dict[str, float] | None = None)
 
 
 def study() -> None:
-    """Print what ten lamps and unseen reflectances say."""
+    """Print the errors for ten lamps and other reflectances."""
     curves = unseen()
     lamps = {name: illuminant(name, "") for name in LAMPS}
     lights = {name: luminous_at_1_nm(power_at_1_nm(lamp)) for name, lamp in lamps.items()}

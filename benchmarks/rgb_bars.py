@@ -1,4 +1,4 @@
-"""Is the error of RGB known as well as its bar says? Loose readings against fine ones, packaged rooms.
+"""Coverage of the bar of RGB's error: coarse readings against fine ones, in the packaged rooms.
 
     python benchmarks/rgb_bars.py [room ...]
 """

@@ -1,4 +1,4 @@
-"""Twelve commands' JSON, kept and compared: does a change of the code leave every reading as it was?
+"""Comparison of twelve commands' JSON across a change of the code that should not change a reading.
 
     python benchmarks/same_readings.py write FOLDER          # before the change
     python benchmarks/same_readings.py write OTHER           # after it
@@ -27,7 +27,7 @@ LEFT_OUT = {"seconds"}
 
 
 def write(folder: Path) -> None:
-    """Run each command in `folder`, and keep what it prints."""
+    """Run each command in `folder`, and keep its output."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, words in COMMANDS.items():
         run = subprocess.run([sys.executable, "-m", "renderer", *words, "--quiet", "--no-cache", "--out",
@@ -42,7 +42,7 @@ def write(folder: Path) -> None:
 
 
 def differences(before, after, where: str = "") -> list[str]:
-    """What differs between two JSON values, one sentence each."""
+    """Differences between two JSON values, as sentences."""
     if isinstance(before, dict) and isinstance(after, dict):
         gone = [f"{where}.{key}: only before" for key in before if key not in after and key not in LEFT_OUT]
         return gone + [line for key in before if key in after and key not in LEFT_OUT

@@ -1,4 +1,4 @@
-"""How long the main job takes, and what 31 bands cost over 3.
+"""Times of whole commands, and of 31 bands over 3.
 
     .venv/bin/python benchmarks/speed.py [RUNS]
 

@@ -1,4 +1,4 @@
-"""Whether the error bars of spots that a report is pointed at hold, and how sharp they are.
+"""Coverage and width of the error bars of spots in a report.
 
     .venv/bin/python benchmarks/spots.py [accuracy] [spots] [scene …]
 

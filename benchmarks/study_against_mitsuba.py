@@ -36,7 +36,7 @@ AIM = 5e-4
 
 
 def main(rooms: int, seconds: float) -> None:
-    """Trace what is not traced yet, and print the table."""
+    """Trace the missing rooms, and print the table."""
     OUT.parent.mkdir(exist_ok=True)
     random = np.random.default_rng(29)
     drawn = random.permutation(300)
@@ -135,7 +135,7 @@ def errors(row: dict, k: int) -> tuple[float, float, float]:
 
 
 def table(rows: list[dict]) -> None:
-    """How far the two are apart, over all readings."""
+    """Differences of the two programs over all readings."""
     told = np.array([errors(row, k) for row in rows for k in range(3)])
     level = np.array([100 * (row["spectral_here"][k] / row["spectral_theirs"][k][0] - 1)
                       for row in rows for k in range(3)])

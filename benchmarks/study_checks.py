@@ -1,4 +1,4 @@
-"""Attempts to break what docs/answer.md claims: other rooms, other paints, finer bands.
+"""Tests of docs/answer.md with other rooms, other paints and finer bands.
 
     .venv/bin/python benchmarks/study_checks.py [rooms]
 
@@ -52,7 +52,7 @@ def evaluation_samples() -> Chips:
 
 
 def drawn_gains(number: int) -> tuple:
-    """A drawn room and its gains, as the study has them."""
+    """A drawn room and its gains, as in the study."""
     scene = resolved(drawn_room(number, SEED)[0], load("grey_room").path.parent / "study.toml")
     empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
     return scene, room_gains(
@@ -89,7 +89,7 @@ def rows_of(gains: RoomGains, painting: Painting, totals: np.ndarray) -> dict[st
 
 
 def main(rooms: int) -> None:
-    """Print what came out."""
+    """Print the results."""
     tried: dict[str, list] = {"measured chips": [], "TM-30 samples": []}
     moved = []
     for number in range(rooms):
@@ -117,7 +117,7 @@ def main(rooms: int) -> None:
 
 
 def told(paints: str, error: np.ndarray, given: np.ndarray, red: np.ndarray) -> str:
-    """How well the rule tells the errors of rooms that favour red."""
+    """Errors of the rule in rooms that favour red."""
     error, given = error[red], given[red]
     warned = given >= WARNED
     explained = 1 - ((error - given) ** 2).sum() / (error**2).sum()

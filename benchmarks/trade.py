@@ -1,4 +1,4 @@
-"""What is asked is what is paid for: every aim of speed, side by side in one run.
+"""All aims of speed in one run, side by side.
 
     .venv/bin/python benchmarks/trade.py [row ...]
 
@@ -62,7 +62,7 @@ def read(scene: Scene, accuracy: float, bands: str = "rgb"):
 
 
 def changed(name, edit) -> Scene:
-    """A scene whose table edit(table) has changed."""
+    """A scene with the change `edit(table)` to its table."""
     scene = renderer.load(name)
     table = deepcopy(scene.table)
     edit(table)
@@ -92,7 +92,7 @@ def as_it_is(_table: dict) -> None:
 
 
 def rectangles(table: dict) -> None:
-    """Rectangles of as many lumens as pendants."""
+    """Rectangles with the lumens of the pendants."""
     for lamp, lumens in zip(table["luminaires"], (4000, 3000), strict=True):
         del lamp["file"]
         lamp.pop("dimming", None)
@@ -100,7 +100,7 @@ def rectangles(table: dict) -> None:
 
 
 def beside_mitsuba(name, edit, ours: float, accuracy: float, aim: str, title: str) -> None:
-    """Print our seconds to one accuracy over Mitsuba's to that or another."""
+    """Print the time to one accuracy here over Mitsuba's to that or another."""
     scene = changed(name, edit)
     seconds, areas, figures = min((read(scene, ours) for _ in range(2)), key=itemgetter(0))
     room = hand_over(as_photometers(name, edit))
@@ -130,7 +130,7 @@ def _timed(room, stream: int, aims: list[float]) -> float:
 
 
 def widest(figures) -> float:
-    """Of error bars, over their readings."""
+    """The widest error bar, relative to its reading."""
     return max(f.uncertainty / f.value for f in figures if f.value > 0)
 
 

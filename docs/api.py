@@ -1,4 +1,4 @@
-"""The page of Python names, from their signatures and docstrings, into docs/api.md.
+"""Write docs/api.md: the Python names with their signatures and docstrings.
 
     .venv/bin/python docs/api.py        part of `make docs`; tests/test_docs.py says when it is stale
 """
@@ -57,7 +57,7 @@ def _entry(name: str, thing) -> str:
 
 
 def _members(thing: type) -> dict:
-    """Public properties and methods of a class that its own package gives it, those of its bases included."""
+    """Public properties and methods of a class and of its bases in this package."""
     found = {}
     for owner in reversed(thing.__mro__):
         if owner.__module__.startswith("renderer."):
@@ -73,7 +73,7 @@ def _signature(name: str, thing) -> str:
 
 
 def _words(thing) -> str:
-    """A docstring as Markdown: its example as Python, the rest as it stands."""
+    """A docstring as Markdown, with its example as Python."""
     text = inspect.getdoc(thing) or ""
     words, _, example = text.partition(">>>")
     words = re.sub(r"\n(?! )", "\n", words.strip())

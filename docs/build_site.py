@@ -1,4 +1,4 @@
-"""The pages as one site that is searched and read without a network: build/site/index.html.
+"""Build the pages as one site with search, for use without a network: build/site/index.html.
 
     .venv/bin/python docs/build_site.py       `make site`; a link that leads nowhere ends it with an error
 
@@ -22,7 +22,7 @@ LINK = re.compile(r"(\]\()([^)\s#]+)(#[^)]*)?(\))")
 
 
 def main() -> None:
-    """Write the pages that mkdocs reads, and have it build the site."""
+    """Write the pages for mkdocs, and build the site."""
     shutil.rmtree(PAGES, ignore_errors=True)
     shutil.copytree(ROOT / "docs" / "pictures", PAGES / "pictures")
     sources = {ROOT / "README.md": "index.md", ROOT / "docs" / "README.md": "pages.md",
@@ -41,7 +41,7 @@ def main() -> None:
 
 
 def _notebook(path: Path, folder: Path) -> str:
-    """A notebook as Markdown; its pictures are written beside."""
+    """A notebook as Markdown, with its pictures in files beside it."""
     body, resources = MarkdownExporter().from_notebook_node(nbformat.read(path, as_version=4))
     for name, data in resources["outputs"].items():
         (folder / name).write_bytes(data)
@@ -49,7 +49,7 @@ def _notebook(path: Path, folder: Path) -> str:
 
 
 def _links(text: str, source: Path, sources: dict[Path, str]) -> str:
-    """Links between pages, and to files of the repository, which are copied; others stay."""
+    """Links between pages and to files of the repository, which are copied; other links are unchanged."""
     def moved(match: re.Match) -> str:
         before, target, place, after = match.groups()
         path = (source.parent / target).resolve()
@@ -70,7 +70,7 @@ def _links(text: str, source: Path, sources: dict[Path, str]) -> str:
 
 
 def _formulas(text: str) -> str:
-    """TeX as MathML, which browsers show without a script."""
+    """TeX as MathML, for browsers without a script."""
     text = re.sub(r"```math\n(.+?)```", lambda m: convert(m[1].strip(), display="block"), text, flags=re.S)
     return re.sub(r"\$`(.+?)`\$", lambda m: convert(m[1]), text)
 

@@ -47,7 +47,7 @@ def colour(record: dict) -> list[str]:
 
 
 def change(rgb: dict, full: dict, key: str) -> str:
-    """What RGB reads too much."""
+    """Error of RGB."""
     share = rgb["illuminance_lx"][key] / full["illuminance_lx"][key] - 1
     return f"{share:+.1%}" if abs(share) >= 5e-4 else "0.0%"
 

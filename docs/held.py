@@ -1,4 +1,4 @@
-"""The table of what was tried and held, in docs/stability.md, counted by the tests themselves.
+"""Write the table of passed cases in docs/stability.md, from the counts of the tests.
 
     .venv/bin/python docs/held.py       some ten minutes; signals and damaged files take most of it
 

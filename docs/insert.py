@@ -1,4 +1,4 @@
-"""Put what `renderer validate` wrote into the pages that show it: `make docs`.
+"""Put the tables of `renderer validate` into the pages (`make docs`).
 
 A page holds the table between <!-- begin NAME --> and <!-- end NAME -->, NAME a file in outputs/.
 """

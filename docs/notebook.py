@@ -1,4 +1,4 @@
-"""Execute docs/tutorial.ipynb in a folder of its own, and keep what it shows (`make docs`)."""
+"""Execute docs/tutorial.ipynb in a folder of its own, and keep its outputs (`make docs`)."""
 
 import tempfile
 from pathlib import Path

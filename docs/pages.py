@@ -1,4 +1,4 @@
-"""The examples of the pages: files to save, commands with what they print, Python.
+"""The examples of the pages: files to save, commands with their output, Python.
 
     .venv/bin/python docs/pages.py [PAGE …]     shows what each command prints now (part of `make docs`)
 
@@ -46,7 +46,7 @@ class Block:
 
 
 def quiet(command: list[str]) -> list[str]:
-    """What keeps a command from showing progress."""
+    """The option that switches progress off."""
     return [] if command[0] in WITHOUT_PROGRESS else ["--quiet"]
 
 
@@ -63,13 +63,13 @@ def blocks(page: Path) -> list[Block]:
 
 
 def shown(parts: list[Block]) -> dict[Block, Block]:
-    """What commands print, as the page shows it: from a block of commands to the text right after it."""
+    """The output of commands on the page: from each block of commands to the text after it."""
     return {one: other for one, other in pairwise(parts)
             if one.kind in ("sh", "python") and other.kind == "text" and other.lines[0] - one.lines[1] <= 1}
 
 
 def refresh(page: Path) -> None:
-    """Run a page's commands, and show what those print now that it shows the output of."""
+    """Run a page's commands, and replace their output on the page."""
     parts = blocks(page)
     outputs = shown(parts)
     lines = page.read_text(encoding="utf-8").split("\n")

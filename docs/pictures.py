@@ -1,4 +1,4 @@
-"""Draw the pictures of the pages that no other script draws (`make docs`).
+"""Draw the pictures of the pages, except those of other scripts (`make docs`).
 
     .venv/bin/python docs/pictures.py [PICTURE …]
 """
@@ -47,14 +47,14 @@ MADE = {
 
 
 def run(*words: str) -> str:
-    """What a command of renderer prints; its files go to outputs/."""
+    """Output of a command of renderer; its files go to outputs/."""
     out = [] if "--out" in words else ["--out", str(OUT)]
     command = [sys.executable, "-m", "renderer", *words, "--quiet", *out]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
 def keep(sources: list[Path], name: str) -> None:
-    """Keep a picture for the pages, several small and side by side; smaller yet where it must be."""
+    """Save a picture for the pages, several side by side, reduced to the allowed size."""
     images = [Image.open(source).convert("RGB") for source in sources]
     if len(images) > 1:
         images = [image.resize((400, 400 * image.height // image.width), Image.Resampling.LANCZOS)

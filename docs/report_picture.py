@@ -1,4 +1,4 @@
-"""The picture of the report that the pages show: chromium, pointed at `renderer report`'s page.
+"""Draw the picture of the report for the pages, in chromium with the pointer on `renderer report`'s page.
 
     .venv/bin/renderer report && .venv/bin/python docs/report_picture.py
 """

@@ -1,4 +1,4 @@
-"""The picture of the window that the pages show: `renderer view` from outside, clicked in, under Xvfb.
+"""Draw the picture of the window for the pages: `renderer view` from outside with one click, under Xvfb.
 
     .venv/bin/python docs/window_picture.py
 """
