@@ -1,5 +1,6 @@
 """The command line: what it prints, where it writes, and how it refuses."""
 
+import inspect
 import json
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import pytest
 from conftest import PANEL, POINT_LIT, scene_text
 
 import renderer
+from renderer.cli import COMMANDS
 from renderer.scene.reading import packaged_scenes
 
 SMALL = scene_text({
@@ -271,3 +273,12 @@ def test_the_python_interface_of_the_contract():
     scene = renderer.load(str(packaged_scenes() / "red_room.toml"))
     solution = renderer.solve(scene, bands="31", accuracy=0.05)
     assert solution.photometer([2, 2, 0], [0, 0, 1]).total_lx > 0
+
+
+def test_the_help_describes_arguments_one_by_one():
+    """In each docstring the names below Parameters are arguments, each on a line of its own."""
+    for command in (command for group in COMMANDS.values() for command in group):
+        _, _, described = inspect.getdoc(command).partition("Parameters\n----------\n")
+        names = [line for line in described.splitlines() if not line.startswith(" ")]
+        assert names, command
+        assert set(names) <= set(inspect.signature(command).parameters), command

@@ -15,7 +15,10 @@ def luminaire(file: str, *, json_: Annotated[bool, Parameter(name="--json", nega
     """A photometric file: flux, beam and field angles, spacing, faults, and a polar diagram.
 
     Parameters
-    ---------- file An IES LM-63 (.ies) or EULUMDAT (.ldt) file. json_
+    ----------
+    file
+        An IES LM-63 (.ies) or EULUMDAT (.ldt) file.
+    json_
         Print one JSON object instead of a table.
     """
     from renderer.scene.photometric.files import read_photometry

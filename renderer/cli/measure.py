@@ -129,9 +129,9 @@ def luminance(scene: str, *, pixel: str | None = None,
     pixel
         A pixel of the scene's camera, as x,y from the upper left, 0,0 the first.
     at
-        Where the eye is, as x,y,z in metres; with --look-at.
+        Position of the eye, as x,y,z in metres; with --look-at.
     look_at
-        What it looks at, as x,y,z in metres.
+        Point in the line of sight, as x,y,z in metres.
     angle
         Acceptance angle of that spot in degrees, the whole cone.
     """
@@ -184,9 +184,9 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
     scene
         A scene file, or the name of a packaged room.
     at
-        Where the observer's eye is, as x,y,z in metres; with --look-at.
+        Position of the observer's eye, as x,y,z in metres; with --look-at.
     look_at
-        What the observer looks at, as x,y,z in metres.
+        Point in the line of sight, as x,y,z in metres.
     """
     from renderer.records.json_records import glare_record, of_run
     from renderer.scene.reading import load

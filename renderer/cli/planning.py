@@ -15,7 +15,7 @@ cache = App(name="cache", help="Form factors kept between runs: what there is, a
 
 def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
          solving: Solving | None = None, output: Output | None = None) -> None:
-    """What a scene needs, what is left out and why, and what reading its photometers and grids will take.
+    """Forecast of time, memory and error bars of a scene's readings, and the parts left out, with reasons.
 
     Parameters
     ----------

@@ -32,10 +32,12 @@ def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] =
             full: Annotated[bool, Parameter(negative="")] = False,
             rainbow: Annotated[bool, Parameter(negative="")] = False,
             solving: Solving | None = None, output: Output | None = None) -> None:
-    """Rooms in RGB and in 31 bands: what RGB gets wrong, as pictures, maps, readings and one sentence.
+    """Rooms in RGB and in 31 bands: the error of RGB in pictures, maps, readings and one sentence.
 
     Parameters
-    ---------- scenes Scene files or names of packaged rooms; without any, a grey room, one in a red paint,
+    ----------
+    scenes
+        Scene files or names of packaged rooms; without any, a grey room, one in a red paint,
         one in pure red.
     prefiltered
         Also RGB whose reflectances are filtered with the room's own light first.
@@ -95,7 +97,9 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
     """Rooms in one HTML file to look at and to read with a photometer, in RGB and in 31 bands.
 
     Parameters
-    ---------- scenes Scene files or names of packaged rooms; without any, a grey room, one in a red paint,
+    ----------
+    scenes
+        Scene files or names of packaged rooms; without any, a grey room, one in a red paint,
         one in pure red.
     client
         Instead, for each room <scene>_client.html, and .pdf where a browser is found: luminaires, materials,
@@ -166,7 +170,9 @@ def render(scene: str, *, solving: Solving | None = None, output: Output | None 
     """One room: a picture, luminance and spectral EXR files, and its patches.
 
     Parameters
-    ---------- scene A scene file, or the name of a packaged room.
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
     """
     from renderer.studies.render import save_render
 
@@ -178,7 +184,10 @@ def pseudocolour(scene: str, *, rainbow: Annotated[bool, Parameter(negative="")]
     """Luminance maps of one room, direct and total, with a legend in cd/m².
 
     Parameters
-    ---------- scene A scene file, or the name of a packaged room. rainbow
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    rainbow
         In the rainbow's colours; else in viridis, which the colour-blind can read too.
     """
     from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW

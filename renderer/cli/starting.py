@@ -14,10 +14,12 @@ MAX_LISTED = 40
 
 
 def new(file: str | None = None, *, room: str | None = None, out: Path = Path()) -> None:
-    """A scene file to edit: a small office with comments, or what another program's file holds.
+    """A scene file to edit: a small office with comments, or the room of another program's file.
 
     Parameters
-    ---------- file IFC, HBJSON, gbXML, Radiance, OBJ, glTF or another mesh to take a room from; else the
+    ----------
+    file
+        IFC, HBJSON, gbXML, Radiance, OBJ, glTF or another mesh to take a room from; else the
         office.
     room
         Name of the room to take, where FILE has several.
@@ -52,10 +54,13 @@ def _what_was_taken(written) -> list[str]:
 
 def keys(key: str | None = None, *, schema: Annotated[bool, Parameter(negative="")] = False,
          json_: Annotated[bool, Parameter(name="--json", negative="")] = False) -> None:
-    """Every key of a scene file: what it means, its unit, what it takes, its default.
+    """Keys of a scene file, each with meaning, unit, allowed values and default.
 
     Parameters
-    ---------- key One key (luminaires.flux, or flux), or one table (room); else all. schema
+    ----------
+    key
+        One key (luminaires.flux, or flux), or one table (room); else all.
+    schema
         Print the JSON schema of scene files, for editors.
     json_
         Print a JSON list instead of a table.

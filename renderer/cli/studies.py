@@ -16,7 +16,9 @@ def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
     """Published cases, closed forms and laws, through the code that users run; exit code 1 where one fails.
 
     Parameters
-    ---------- extremes Instead: reflectances of 0 and 1, a millimetre and ten kilometres, foreign geometry.
+    ----------
+    extremes
+        Instead: reflectances of 0 and 1, a millimetre and ten kilometres, foreign geometry.
     peers
         Instead: the same rooms in Mitsuba 3 and Radiance (pip install
         'spectral-radiosity[peers]'), error bars side by side.
@@ -64,7 +66,9 @@ def spectrum(spectrum: str, *, lamp: Annotated[bool, Parameter(negative="")] = F
     """One paint or lamp: its curve, its 31 bands, its colour, and the measured paints nearest to it.
 
     Parameters
-    ---------- spectrum A Munsell chip ("5R 4/14"), a .csv or .spdx file, #rrggbb, r,g,b (linear), one
+    ----------
+    spectrum
+        A Munsell chip ("5R 4/14"), a .csv or .spdx file, #rrggbb, r,g,b (linear), one
         reflectance, a CIE illuminant (A, FL2, LED-B3), or a colour temperature (3000K).
     lamp
         The file holds a lamp's spectral power, not a reflectance.
@@ -91,7 +95,9 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
     """RGB against 31 bands for 1,000 colours, five ways from RGB to a spectrum, and 1,269 measured paints.
 
     Parameters
-    ---------- scene A scene file or a packaged room, one material of which takes every colour in turn;
+    ----------
+    scene
+        A scene file or a packaged room, one material of which takes every colour in turn;
         without it, the deck's infinitely wide room.
     material
         The material that takes the colours; else the one with the largest area.
@@ -145,7 +151,9 @@ def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | Non
     Writes <scene>_tradeoff.csv, .png and .md.
 
     Parameters
-    ---------- scene A scene file, or the name of a packaged room; it needs photometers. Grids are read for
+    ----------
+    scene
+        A scene file, or the name of a packaged room; it needs photometers. Grids are read for
         --accuracy.
     """
     from renderer.scene.reading import load

@@ -13,10 +13,12 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
           solving: Solving | None = None, output: Output | None = None) -> None:
     """Many rooms in one table: any keys of scene files, every combination of their values.
 
-    Interrupted, it goes on where it was when it is given again; rooms already done are not done twice.
+    An interrupted sweep continues when the command is given again, without the rooms that are done.
 
     Parameters
-    ---------- study A study file: `scenes = ["grey_room"]`, and in `[vary]` keys of them with lists of
+    ----------
+    study
+        A study file: `scenes = ["grey_room"]`, and in `[vary]` keys of them with lists of
         values.
     check
         Only check the file, and say how many rooms it makes.
@@ -45,12 +47,15 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
 def study(
     *, rooms: int = 300, seed: int = 0, output: Output | None = None, scheduler: str | None = None
 ) -> None:
-    """How much RGB matters in rooms: many drawn rooms, three palettes of paints, fifteen lamps, nine models.
+    """Errors of RGB in rooms: many random rooms, three palettes of paints, fifteen lamps, nine models.
 
-    Some half an hour on two cores; interrupted, it goes on where it was. docs/answer.md says what came out.
+    Some half an hour on two cores; an interrupted study continues. The results are in docs/answer.md.
 
     Parameters
-    ---------- rooms Rooms drawn, beside the packaged ones. seed
+    ----------
+    rooms
+        Rooms drawn, beside the packaged ones.
+    seed
         Of the rooms and their paints.
     scheduler
         The address of a Dask scheduler, on whose workers the rooms are solved.

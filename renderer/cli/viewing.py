@@ -15,7 +15,10 @@ def view(scene: str = "furnished_room", *, rainbow: Annotated[bool, Parameter(ne
     Readings are said again on the terminal when it is closed. Without a display: renderer report.
 
     Parameters
-    ---------- scene A scene file, or the name of a packaged room. rainbow
+    ----------
+    scene
+        A scene file, or the name of a packaged room.
+    rainbow
         Pseudocolour in the rainbow's colours; else in viridis, which the colour-blind can read too.
     """
     from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW
