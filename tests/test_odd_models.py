@@ -116,3 +116,22 @@ def test_the_furnished_room_of_the_page_opens_whole(tmp_path, monkeypatch):
     assert kinds["curtain"] == kinds["rug"] == kinds["leaf"] == kinds["shade"] == "sheet"
     assert kinds["plaster"] == kinds["oak"] == kinds["linen"] == "solid"
     assert not doubts(scene)
+
+
+def test_each_piece_of_an_object_is_exposed_by_its_own_sides(loaded, tmp_path):
+    # Alone, the faces of the small pieces are polygons; as parts of the whole they are facets.
+    large = trimesh.creation.box(bounds=[[1, 1, 0.2], [3, 2, 1.2]])
+    small = [trimesh.creation.icosahedron() for _ in range(2)]
+    for k, ball in enumerate(small):
+        ball.apply_scale(0.04)
+        ball.apply_translation([0.8, 1.5 + k, 0.5])
+    hidden = trimesh.creation.box(bounds=[[1.5, 1.2, 0.5], [2, 1.6, 0.9]])
+    trimesh.util.concatenate([small[0], large, small[1], hidden]).export(tmp_path / "pieces.ply")
+    scene = loaded(objects=[{"name": "piece", "mesh": "pieces.ply", "position": [0, 0, 0], "material": "g"}])
+    exposed = scene.exposed[len(scene.room.surfaces)]
+    # PLY holds single precision.
+    assert exposed.area == pytest.approx(large.area + sum(ball.area for ball in small), rel=1e-6)
+    of_kinds = exposed.parts.rectangles, exposed.parts.polygons, exposed.parts.triangles
+    assert [len(kind) for kind in of_kinds] == [len(sides) for sides in exposed.sides]
+    bright = [r for r, sides in zip(exposed.parts.rectangles, exposed.sides[0], strict=True) if sides[0]]
+    assert sum(np.linalg.norm(np.cross(r.u, r.v)) for r in bright) == pytest.approx(large.area, rel=1e-6)

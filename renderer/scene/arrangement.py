@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import trimesh
 
 from renderer.scene.faces_in_axes import FaceInAxes
 from renderer.scene.flat import Parts, Polygon, polygon, rectilinear
@@ -24,10 +25,20 @@ class Exposed:
 
     sides : for each rectangle, polygon and triangle (k, 2) whether its front and its back face air; the back
         of a room's surface or a solid's never does
+    cut : whether a shell or a sheet cuts some of them
     """
 
     parts: Parts
     sides: tuple[np.ndarray, np.ndarray, np.ndarray]
+    cut: bool = False
+
+    @property
+    def area(self) -> float:
+        """Area [m²] of which one side at least is exposed."""
+        areas = (np.array([np.linalg.norm(np.cross(r.u, r.v)) for r in self.parts.rectangles]),
+                 np.array([p.shape.area for p in self.parts.polygons]),
+                 trimesh.triangles.area(self.parts.triangles) if len(self.parts.triangles) else np.zeros(0))
+        return float(sum(each @ side.any(axis=1) for each, side in zip(areas, self.sides, strict=True)))
 
 
 class Arrangement:
@@ -58,7 +69,7 @@ class Arrangement:
         """Of each surface what is exposed; whole : the surfaces' flat parts; new : of which not all are
         faces here."""
         kept: list[list] = [[] for _ in whole]
-        changed = [k in new for k in range(len(whole))]
+        changed = [False for _ in whole]
         entire = self._entire()
         for k, face in enumerate(self.faces):
             if k in entire:
@@ -68,8 +79,8 @@ class Arrangement:
                 changed[face.surface] |= cut
                 if any(sides) or not cut:
                     kept[face.surface].append((piece.face if isinstance(piece, FaceInAxes) else piece, sides))
-        return [_gathered(pieces, parts if not new else None)
-                for parts, pieces, new in zip(whole, kept, changed, strict=True)]
+        return [_gathered(pieces, None if cut or k in new else parts, cut)
+                for k, (parts, pieces, cut) in enumerate(zip(whole, kept, changed, strict=True))]
 
     def _crossing(self) -> dict[int, np.ndarray]:
         """The triangles of shells that may cut each face (by its number): those that reach through the plane
@@ -268,7 +279,7 @@ class Arrangement:
         return self.levels[shell, of]
 
 
-def _gathered(pieces: list[tuple], whole: Parts | None) -> Exposed:
+def _gathered(pieces: list[tuple], whole: Parts | None, cut: bool) -> Exposed:
     """Pieces (face, its exposed sides) of a surface; whole : its flat parts, where none was cut."""
     of_kind = [[(face, sides) for face, sides in pieces if isinstance(face, kind)]
                for kind in (Rectangle, Polygon, np.ndarray)]
@@ -276,4 +287,4 @@ def _gathered(pieces: list[tuple], whole: Parts | None) -> Exposed:
     if whole is None:
         rectangles, polygons, triangles = ([face for face, _ in some] for some in of_kind)
         whole = Parts(tuple(rectangles), tuple(polygons), np.array(triangles).reshape(-1, 3, 3))
-    return Exposed(whole, sides)
+    return Exposed(whole, sides, cut)

@@ -47,7 +47,10 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
         faces += faces_of(len(whole) + index, shell, parts)
     whole += [body.parts for body in bodies]
     arrangement = Arrangement(room.scale, shells, faces)
-    return _with_facets(arrangement, arrangement.exposed(whole, {surface for surface, _, _ in alone}), alone)
+    # Pieces of one body are flat parts in another order, and of another size, than the body as a whole.
+    new = {surface for surface, _, _ in alone}
+    new |= {len(room.surfaces) + int(k) for k in np.flatnonzero(count > 1)}
+    return _with_facets(arrangement, arrangement.exposed(whole, new), alone)
 
 
 def _clear(triangles: np.ndarray, others: np.ndarray, off: float) -> np.ndarray:
@@ -82,5 +85,6 @@ def _with_facets(arrangement: Arrangement, found: list[Exposed],
         before = found[surface]
         parts = Parts(before.parts.rectangles, before.parts.polygons,
                       np.concatenate([before.parts.triangles, triangles]))
-        found[surface] = Exposed(parts, (*before.sides[:2], np.concatenate([before.sides[2], sides])))
+        sides = *before.sides[:2], np.concatenate([before.sides[2], sides])
+        found[surface] = Exposed(parts, sides, before.cut)
     return found

@@ -136,7 +136,7 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
 def taking_no_part(scene: Scene) -> list[str]:
     """A sentence on objects of which a part does not count; [] where there is none."""
     of_bodies = zip(scene.bodies, scene.exposed[len(scene.room.surfaces):], strict=True)
-    sunk = [body.name for body, own in of_bodies if own.parts is not body.parts and not body.of_room]
+    sunk = [body.name for body, own in of_bodies if own.cut and not body.of_room]
     return [f"no part of {', '.join(dict.fromkeys(sunk))} counts that is inside another object, outside the "
             "room or in the place of another surface"] if sunk else []
 
