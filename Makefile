@@ -43,11 +43,11 @@ examples: $(VENV)/tested
 	$(BIN)/python docs/api.py
 	$(BIN)/python docs/notebook.py
 
-# Speed against accuracy in three rooms, beside Mitsuba and Radiance, into docs/tradeoff.md: some eight
+# Speed against accuracy in four rooms, beside Mitsuba and Radiance, into docs/tradeoff.md: some eight
 # minutes on a quiet machine. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
 tradeoff: $(VENV)/installed
 	$(BIN)/pip install --quiet --editable '.[peers]'
-	for room in grey_room red_room furnished_room; do \
+	for room in grey_room red_room furnished_room office; do \
 		$(BIN)/renderer tradeoff $$room --quiet > /dev/null && \
 		cp outputs/$${room}_tradeoff.png docs/pictures/tradeoff_$$room.png || exit 1; done
 	$(BIN)/python docs/insert.py
