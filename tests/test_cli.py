@@ -53,7 +53,7 @@ def test_photometer_prints_the_contracts_object(here, folder):
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     record = json.loads(done.stdout)
-    assert set(record) == {"scene", "bands", "accuracy", "patches", "lamps", "readings", "grids",
+    assert set(record) == {"scene", "bands", "accuracy", "method", "patches", "lamps", "readings", "grids",
                            "closure_error", "reciprocity_error", "energy_balance_error", "rays",
                            "bands_solved", "seconds", "finding", "values", "maintenance_factor"}
     reading = record["readings"][0]
