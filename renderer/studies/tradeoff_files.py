@@ -89,11 +89,12 @@ def _of_peers(found: Tradeoff) -> str:
     own = next((a for a in found.asked.asked if a.accuracy == 0.01), None)
     if own is None or not found.asked.peers:
         return " ".join(found.asked.skipped)
-    given = ", which were given Lambertian lamps of the same outlines" if found.asked.lambertian else ""
+    given = ", with Lambertian lamps of the same outlines in place of files" if found.asked.lambertian else ""
     times = " and ".join(f"{peer.name} {peer.version} about {_seconds_to(peer.points, own.bar):.2g} s"
                          for peer in found.asked.peers)
-    return (f"Asked for 1 % this program takes {own.seconds:.2g} s for bars of {_percent(own.bar)} at most; "
-            f"for errors as large, all meters in one run, it takes {times}{given}.")
+    ours = f"Asked for 1 % this program takes {own.seconds:.2g} s for bars of {_percent(own.bar)} at most"
+    theirs = f"for errors as large, all meters in one run, it takes {times}{given}."
+    return " ".join([f"{ours}; {theirs}", *found.asked.skipped])
 
 
 def _seconds_to(points: Sequence[tuple[float, float]], error: float) -> float:

@@ -84,5 +84,5 @@ def _needs(name: str, package: str) -> None:
 
 
 PEER_CURVES = {mitsuba3.NAME: (partial(_needs, mitsuba3.NAME, "mitsuba"), mitsuba_curve),
-         radiance.NAME: (partial(_needs, radiance.NAME, "pyradiance"), radiance_curve)}
+               radiance.NAME: (partial(_needs, radiance.NAME, "pyradiance"), radiance_curve)}
 """For each peer, a check that raises CannotRun where it is not installed, and its measurement."""
