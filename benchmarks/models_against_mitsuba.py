@@ -9,8 +9,9 @@ two sides of it. Everything reflects half of the light.
 
 Mitsuba is given the triangles of the file's polygons as they were read, with no regard to what this program
 makes of them: which enclose a volume, are there twice, or are buried in another. It traces until its bars are
-a third of ours, or --seconds (20) are over. --accuracy (0.01) is asked of ours. The files are the reader's
-own: none is kept here. Mitsuba comes with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH names an LLVM.
+a third of ours, or --seconds (20) are over. --accuracy (0.01) is asked of ours. Each file has its own random
+numbers in both programs, from its place in the list. The files are the reader's own: none is kept here.
+Mitsuba comes with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH names an LLVM.
 """
 
 import argparse
@@ -140,7 +141,7 @@ def compared(process, stream: int, path: Path, make, of_room: bool, given) -> li
     started = time.process_time()
     try:
         scene, triangles = make()
-        ours = renderer.solve(scene, bands="rgb", accuracy=given.accuracy).photometers()
+        ours = renderer.solve(scene, bands="rgb", accuracy=given.accuracy, seed=stream).photometers()
     except (renderer.InputError, renderer.SolveError) as fault:
         print(f"| {path.name} | refused: {fault} |", flush=True)
         return []

@@ -16,6 +16,8 @@ from renderer.transport.mesh.gathering import Gathered, Gathering
 
 PATCHES_FOR_SINGLE_PRECISION = 20_000
 """Patches from which the factors, known to 1e-4 at best, are kept in single precision."""
+MAX_SCALE = 10.0
+"""Largest factor, and one over the smallest, by which a row of the exchange is scaled to close it."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +207,9 @@ def balance(matrix, areas: np.ndarray) -> tuple:
 
     Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by s_i d_i +
     Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013). No scaling closes
-    the pattern that few rays may leave; a patch then sends to itself what its row misses.
+    the pattern that few rays may leave; a patch then sends to itself what its row misses. A row that is
+    MAX_SCALE times too large or too small is not scaled at all: the system is singular with a patch that
+    exchanges nothing, and its solution would then scale all other rows wrongly.
     """
     live = areas > 0
     scale = live.astype(float)
@@ -214,21 +218,35 @@ def balance(matrix, areas: np.ndarray) -> tuple:
     closed = 1e-12
     enough = 1e-4 if isinstance(matrix, SplitSymmetric) else closed
     halving = 8  # steps in which the error must halve; otherwise it has stalled
-    worst = []
+    damping = 1e-4  # added to eigenvalues: a group that exchanges only with itself may have one near 0
+
+    def missed(scale):
+        return np.where(live, areas - scale * (matrix @ scale), 0.0)
+
+    missing, worst = missed(scale), []
+    free = live & (areas - missing > areas / MAX_SCALE) & (areas - missing < areas * MAX_SCALE)
     for _ in range(50):
-        sums = np.where(live, scale * (matrix @ scale), 1.0)
-        missing = np.where(live, areas - sums, 0.0)
-        worst.append(np.abs(missing[live] / areas[live]).max(initial=0.0))
+        worst.append(np.abs(missing[free] / areas[free]).max(initial=0.0))
         if worst[-1] < enough or (len(worst) > halving and worst[-1] > worst[-halving] / 2):
             break
 
-        def moved(d, sums=sums, side=scale / root):
-            return sums / root**2 * d + side * (matrix @ (side * d))
+        own, side = (areas - missing) / root**2 + damping, np.where(free, scale / root, 0.0)
+
+        def moved(d, own=own, side=side, free=free):
+            return np.where(free, own * d + side * (matrix @ (side * d)), d)
 
         system = LinearOperator(matrix.shape, moved, dtype=float)
-        step, _ = cg(system, missing / root, rtol=1e-3, maxiter=50)
-        scale *= np.exp(np.clip(step / root, -1, 1))
-        scale[live] = np.clip(scale[live], 0.1, 10)  # past that no scaling would help
+        step, _ = cg(system, np.where(free, missing / root, 0.0), rtol=1e-3, maxiter=50)
+        for share in (1.0, 0.5, 0.25, 0.125):  # of the step, until the rows miss less together
+            trial = scale * np.exp(share * np.clip(step / root, -1, 1))
+            trial[live] = np.clip(trial[live], 1 / MAX_SCALE, MAX_SCALE)  # past that no scaling would help
+            left = missed(trial)
+            if np.abs(left[free]).sum() < np.abs(missing[free]).sum():
+                break
+        else:
+            break
+        scale, missing = trial, left
+        free &= (scale > 1 / MAX_SCALE) & (scale < MAX_SCALE)
     if isinstance(matrix, SplitSymmetric):
         return matrix.closed(areas, scale), scale
 
@@ -236,7 +254,7 @@ def balance(matrix, areas: np.ndarray) -> tuple:
         matrix[start:stop] *= scale[start:stop, None] * scale
 
     in_threads(scaled, len(areas), max(1, (1 << 16) // len(areas)))
-    if worst[-1] >= closed:
+    if (np.abs(missing) > closed * areas).any():
         sums = matrix.sum(axis=1)
         share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
         matrix *= np.minimum(share[:, None], share)

@@ -191,11 +191,16 @@ class Mesh:
 
     def inside(self, patch: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates (s, t) of points on the patches' planes. points : (k, 3) [m]"""
-        u, v, offset = self.u[patch], self.v[patch], points - self.corners[patch, 0]
-        uu, uv, vv = _dot(u, u), _dot(u, v), _dot(v, v)
-        ou, ov = _dot(offset, u), _dot(offset, v)
-        det = uu * vv - uv * uv
-        return (ou * vv - ov * uv) / det, (ov * uu - ou * uv) / det
+        offset = points - self.corners[patch, 0]
+        by_s, by_t = self._gradients
+        return _dot(offset, by_s[patch]), _dot(offset, by_t[patch])
+
+    @cached_property
+    def _gradients(self) -> tuple[np.ndarray, np.ndarray]:
+        """Gradients of s and of t over each patch (n_patches, 3) [m⁻¹]: from the cross product of its edges,
+        since |u|² |v|² − (u · v)² of a sliver is rounding."""
+        doubled = np.linalg.norm(np.cross(self.u, self.v), axis=1)[:, None]
+        return np.cross(self.v, self.normal) / doubled, np.cross(self.normal, self.u) / doubled
 
     def weights(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Weights of a patch's four vertices in linear interpolation (k, 4); they sum to 1."""

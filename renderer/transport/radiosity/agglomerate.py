@@ -83,7 +83,8 @@ def _chambers(exchange: Exchange) -> np.ndarray:
         return np.zeros(len(exchange.areas), dtype=int)
     if isinstance(whole, SplitSymmetric):
         given = whole.given.tocsr()
-        seen = sparse.csr_array((given.data > floor, given.indices, given.indptr), shape=given.shape)
+        # A copy: zeros are eliminated in place, and the indices are the operator's own.
+        seen = sparse.csr_array((given.data > floor, given.indices, given.indptr), given.shape, copy=True)
         seen.eliminate_zeros()
         return connected_components(seen, directed=False)[1]
     chamber = np.where(exchange.areas > 0, -1, 0)  # covered patches do not count
