@@ -62,6 +62,7 @@ study: $(VENV)/installed
 
 gallery: $(VENV)/installed
 	$(BIN)/python docs/gallery.py
+	$(BIN)/python docs/living_room.py
 	$(BIN)/python docs/insert.py
 
 # What of three.js the report's page uses, as one file; needs npm. Only for a new version of three.js.

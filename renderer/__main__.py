@@ -1,5 +1,6 @@
 """`python -m renderer` is the command `renderer`."""
 
+import atexit
 import os
 import sys
 from contextlib import suppress
@@ -26,8 +27,10 @@ def _end_with(code: int) -> None:
     """End the process with that exit code, whatever the interpreter thinks of the interruption.
 
     Where Ctrl-C or SIGTERM came while an extension ran Python text of its own, the interpreter remembers an
-    unhandled KeyboardInterrupt and would end by SIGINT (CPython, `run_eval_code_obj`).
+    unhandled KeyboardInterrupt and would end by SIGINT (CPython, `run_eval_code_obj`). What is registered for
+    the end of the process is done before, so that no semaphore of worker processes is left.
     """
+    atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError, AttributeError):
             stream.flush()

@@ -246,7 +246,7 @@ main()
 
 @pytest.mark.parametrize(("command", "rooms", "accuracy", "line"), [
     ("compare", ("A", "B"), "10%", "B: "), ("report", ("A", "B"), "10%", "B: "),
-    ("ugr", ("A",), "0.15%", "bars at"), ("photometer", ("A",), "0.15%", "bars at"),
+    ("ugr", ("A",), "0.15%", "is not known to"), ("photometer", ("A",), "0.15%", "bars at"),
     ("luminance", ("A",), "5%", "solving finer")])
 def test_ctrl_c_keeps_what_is_known(folder, command, rooms, accuracy, line):
     for title in rooms:

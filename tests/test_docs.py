@@ -174,14 +174,15 @@ def test_pictures_are_shown_small_and_made_by_one_command():
     assert kept == used
     assert all((DOCS / "pictures" / name).stat().st_size < LARGEST for name in kept)
     done = subprocess.run(["make", "--dry-run", "docs"], cwd=ROOT, capture_output=True, text=True, check=True)
-    for script in ("pictures", "gallery", "report_picture", "window_picture", "notebook", "pages", "insert"):
+    for script in ("pictures", "gallery", "living_room", "report_picture", "window_picture", "notebook",
+                   "pages", "insert"):
         assert f"docs/{script}.py" in done.stdout
     rooms = re.search("for room in (.*); do", done.stdout).group(1).split()
     gallery_rooms = {f"{room}{kind}.png" for room, isolux in gallery.ROOMS.items()
                      for kind in ("", "_pseudocolour", *(["_isolux"] if isolux else []))}
     assert kept == {*pictures.MADE, *gallery_rooms, *(f"tradeoff_{room}.png" for room in rooms),
                     *(f"study_{name}.png" for name in ("within", "rule", "models", "colour", "reds")),
-                    "report.png", "window.png"}
+                    "report.png", "window.png", "living_room.png"}
 
 
 def test_decisions_have_a_number_each_and_those_cited_exist():
