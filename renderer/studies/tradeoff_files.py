@@ -98,9 +98,17 @@ def _of_peers(found: Tradeoff) -> str:
 
 
 def _seconds_to(points: Sequence[tuple[float, float]], error: float) -> float:
-    """Time [s] at which a curve of (seconds, error) reaches an error, which falls as 1/√seconds."""
-    level = np.median([e * np.sqrt(seconds) for seconds, e in points])
-    return float((level / error) ** 2)
+    """Time [s] from which on a curve of (seconds, error) stays within an error: between its points along
+    straight lines in logarithms, past its end as 1/√seconds."""
+    outside = [k for k, (_, e) in enumerate(points) if e > error]
+    if not outside:
+        return points[0][0]
+    seconds, above = points[outside[-1]]
+    if outside[-1] == len(points) - 1:
+        return seconds * (above / error) ** 2
+    later, below = points[outside[-1] + 1]
+    share = np.log(above / error) / np.log(above / max(below, 1e-12))
+    return float(seconds * (later / seconds) ** share)
 
 
 def _of_bands(found: Tradeoff) -> str:
