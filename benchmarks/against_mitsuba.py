@@ -1,12 +1,14 @@
 """Random rooms here and in Mitsuba 3: share of readings inside both bars, and width of the bars here.
 
-    .venv/bin/python benchmarks/against_mitsuba.py [rooms] [accuracy ...] [--out FILE] [--seconds S]
+    .venv/bin/python benchmarks/against_mitsuba.py [rooms] [accuracy ...] [--coloured] [--out FILE]
+        [--seconds S]
 
 Draws so many rooms (200 unless given), reads each at every accuracy (5 and 1 % unless given) and in Mitsuba,
 all meters of a room as one batch sensor, until its bars are a tenth of our narrowest or S seconds (20 unless
-given) are over. Keeps what is done in FILE (outputs/against_mitsuba.jsonl), so that it can be stopped and
-taken up again; prints the table at the end. The peers come with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH
-names an LLVM.
+given) are over. In --coloured rooms every material is a measured Munsell chip and every luminaire a CIE lamp,
+at random; they are read in 31 bands, and in Mitsuba's spectral variant. Keeps what is done in FILE
+(outputs/against_mitsuba.jsonl), so that it can be stopped and taken up again; prints the table at the end.
+The peers come with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH names an LLVM.
 """
 
 import json
@@ -17,6 +19,9 @@ from pathlib import Path
 import numpy as np
 
 import renderer
+from renderer.colour.tables import munsell_chips
+from renderer.scene.reading import revised
+from renderer.scene.scene import Scene
 from renderer.solving.solution import solve
 from renderer.studies.peers import mitsuba3
 from renderer.studies.peers.export import CannotRun, hand_over
@@ -29,6 +34,7 @@ FLOOR = 2e-4
 """Of a reading: Mitsuba, in single precision and with meters off their surface, is known to about that."""
 DARK = 1e-3
 """Readings below this share of the room's largest tell nothing by their shares."""
+LAMPS = ("FL2", "FL11", "LED-B1", "LED-B3", "LED-RGB1", "LED-V1", "D65", "A")
 
 
 def option(arguments: list[str], name: str, default: str) -> str:
@@ -45,6 +51,8 @@ def main(arguments: list[str]) -> None:
     """Run the missing rooms, and print the table of all."""
     out, seconds = Path(option(arguments, "--out", "outputs/against_mitsuba.jsonl")), float(
         option(arguments, "--seconds", "20"))
+    if coloured := "--coloured" in arguments:
+        arguments.remove("--coloured")
     rooms = int(arguments[0]) if arguments else 200
     accuracies = [float(a) for a in arguments[1:]] or [0.05, 0.01]
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -52,21 +60,34 @@ def main(arguments: list[str]) -> None:
     left = [seed for seed in range(rooms) if seed not in {row["seed"] for row in done}]
     try:
         if left:
-            mitsuba3.in_mitsuba(lambda process: run(process, left, accuracies, seconds, out))
+            mitsuba3.in_mitsuba(lambda process: run(process, left, accuracies, seconds, out, coloured),
+                                mitsuba3.SPECTRAL_VARIANTS if coloured else mitsuba3.VARIANTS)
     except CannotRun as fault:
         print(fault)
     done = [json.loads(line) for line in out.read_text().splitlines()] if out.exists() else []
     table([row for row in done if row["seed"] < rooms])
 
 
-def run(process, seeds: list[int], accuracies: list[float], seconds: float, out: Path) -> None:
+def painted(scene: Scene, seed: int) -> Scene:
+    """The room in measured paints under CIE lamps, at random."""
+    random, names = np.random.default_rng((31, seed)), munsell_chips()[0]
+    return revised(scene, {
+        **scene.table,
+        "materials": {name: {"munsell": str(random.choice(names))} for name in scene.table["materials"]},
+        "luminaires": [{**each, "spectrum": str(random.choice(LAMPS))}
+                       for each in scene.table["luminaires"]]})
+
+
+def run(process, seeds: list[int], accuracies: list[float], seconds: float, out: Path,
+        coloured: bool) -> None:
     """Read rooms in both programs, and add a line a room to a file."""
     with tempfile.TemporaryDirectory() as folder:
         for seed in seeds:
             row = {"seed": seed}
             try:
                 scene = drawn_scene(seed, Path(folder))
-                ours = {a: solve(scene, "rgb", a).photometers() for a in accuracies}
+                scene = painted(scene, seed) if coloured else scene
+                ours = {a: solve(scene, "31" if coloured else "rgb", a).photometers() for a in accuracies}
             except (renderer.InputError, renderer.SolveError) as fault:
                 row["refused"] = str(fault)
             else:
@@ -74,7 +95,7 @@ def run(process, seeds: list[int], accuracies: list[float], seconds: float, out:
                                for a, each in ours.items()}
                 aim = [max(SHARE_OF_BAR * min(r.uncertainty for r in same), FLOOR * same[0].total_lx)
                        for same in zip(*ours.values(), strict=True)]
-                task = process.submit(mitsuba3.read_all, hand_over(scene), seed, aim, seconds)
+                task = process.submit(mitsuba3.read_all, hand_over(scene, coloured), seed, aim, seconds)
                 row["theirs"] = task.result()
             with out.open("a") as file:
                 file.write(json.dumps(row) + "\n")

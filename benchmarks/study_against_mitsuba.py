@@ -17,11 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.colour.lamps import power_at_1_nm
 from renderer.colour.tables import cie_1931
 from renderer.scene.reading import load, resolved
 from renderer.studies.peers import mitsuba3
-from renderer.studies.peers.export import CannotRun, Handover, hand_over
+from renderer.studies.peers.export import CannotRun, Handover, hand_over, light_at_1_nm
 from renderer.studies.rgb_in_rooms.drawn_rooms import LIGHTING, drawn_room
 from renderer.studies.rgb_in_rooms.gains import READINGS
 from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, lamp_spectrum, models_under
@@ -29,8 +28,6 @@ from renderer.studies.rgb_in_rooms.palettes import WAVELENGTHS, paintings
 from renderer.studies.rgb_in_rooms.run import PAINTINGS, RoomTask, studied
 
 OUT = Path("outputs/study_against_mitsuba.jsonl")
-CIE_Y = 106.856895
-"""Mitsuba's luminance of a spectrum is its integral with the CIE 1931 ȳ, in steps of 5 nm, over this."""
 AIM = 5e-4
 """Half-width of a meter, relative to the room's mean, that will do."""
 
@@ -98,11 +95,8 @@ def in_rgb(room: Handover, curves: np.ndarray, lamp: str) -> Handover:
 
 def in_spectra(room: Handover, curves: np.ndarray, lamp: str) -> Handover:
     """The same in spectra at 1 nm, 360–830 nm."""
-    nm, observer = cie_1931()
-    power = power_at_1_nm(lamp_spectrum(lamp))
-    seen = np.interp(nm, nm[::5], observer[::5, 1])  # as Mitsuba has it
-    fine = np.stack([np.interp(nm, WAVELENGTHS, curve) for curve in curves])
-    return _painted(room, fine, power * CIE_Y / (power @ seen), np.ones(1))
+    fine = np.stack([np.interp(cie_1931()[0], WAVELENGTHS, curve) for curve in curves])
+    return _painted(room, fine, light_at_1_nm(lamp_spectrum(lamp)), np.ones(1))
 
 
 def _painted(room: Handover, reflectance: np.ndarray, light: np.ndarray, luminous: np.ndarray) -> Handover:

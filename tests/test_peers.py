@@ -13,6 +13,7 @@ from exact import above_middle
 
 from renderer.cli.options import Output
 from renderer.cli.studies import validate
+from renderer.colour.tables import cie_1931
 from renderer.studies.peers import agreement, curves, mitsuba3, radiance
 from renderer.studies.peers.agreement import Agreement, ComparedReading
 from renderer.studies.peers.export import LIFT, MAX_EDGE, CannotRun, Value, hand_over, value_of
@@ -52,6 +53,20 @@ def test_a_lamp_handed_over_has_its_lumens(room, shape):
     flux = sum(pi * s.radiance * area(p) for s in given.surfaces if s.radiance is not None
                for p in s.polygons) + sum(4 * pi * p.intensity for p in given.points)
     assert flux @ given.luminous / scale**2 == pytest.approx(scene.luminaires[0].lumens, rel=1e-9)
+
+
+@pytest.mark.parametrize("shape", LAMPS)
+def test_a_lamp_handed_over_in_spectra_has_its_lumens(room, shape):
+    # Mitsuba weighs a spectrum with ȳ, sampled at 5 nm and linear between, over the sum of ȳ at 1 nm.
+    lamp = {**LAMPS[shape], "spectrum": "FL11"}
+    scene = room(luminaires=[lamp])
+    given = hand_over(scene, spectral=True)
+    power = sum(pi * s.radiance * area(p) for s in given.surfaces if s.radiance is not None
+                for p in s.polygons) + sum(4 * pi * p.intensity for p in given.points)
+    nm, observer = cie_1931()
+    seen = np.interp(nm, nm[::5], observer[::5, 1]) / observer[:, 1].sum()
+    assert power @ seen / (MAX_EDGE / 4.0) ** 2 == pytest.approx(scene.luminaires[0].lumens, rel=1e-6)
+    assert given.luminous == [1.0]
 
 
 def test_surfaces_handed_over_enclose_the_room_less_its_objects(room):

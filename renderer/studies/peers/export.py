@@ -1,4 +1,4 @@
-"""A Scene for other programs: polygons, lamps and meters, in RGB.
+"""A Scene for other programs: polygons, lamps and meters, in RGB or in spectra.
 
 The room is centred on the origin and scaled to MAX_EDGE units, because both peers have some tolerances in
 units of the scene. Illuminance and luminance do not change with the scale.
@@ -10,7 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from renderer.colour.bands import band_set
+from renderer.colour.bands import BandSet, band_set
+from renderer.colour.lamps import power_at_1_nm
+from renderer.colour.spectrum import Spectrum
+from renderer.colour.tables import cie_1931
 from renderer.errors import InputError
 from renderer.scene.room import Room
 from renderer.scene.scene import Scene
@@ -26,6 +29,8 @@ PEER_PRECISION = 1e-3
 """Half-width, relative to the reading, at which a peer stops."""
 PEER_SECONDS = 4.0
 """Time [s] for a reading after which a peer stops."""
+CIE_Y = 106.856895
+"""Mitsuba's luminance of a spectrum is its integral with the CIE 1931 ȳ, in steps of 5 nm, over this."""
 
 
 class CannotRun(Exception):
@@ -44,8 +49,8 @@ class PeerSurface:
     """Flat polygons of one finish.
 
     polygons : (k, 3) each, counter-clockwise seen from the front
-    reflectance : (3,)
-    radiance : (3,) of the front [lm m⁻² sr⁻¹ in RGB]; None for surfaces that do not emit
+    reflectance : (3,), or (471,) at 360–830 nm, 1 nm
+    radiance : the same, of the front [lm m⁻² sr⁻¹ in RGB]; None for surfaces that do not emit
     """
 
     polygons: list[np.ndarray]
@@ -55,7 +60,7 @@ class PeerSurface:
 
 @dataclass(frozen=True)
 class Point:
-    """An isotropic point: centre (3,), intensity (3,) [lm/sr, units²]."""
+    """An isotropic point: centre (3,), intensity (3,) or (471,) [lm/sr, units²]."""
 
     center: np.ndarray
     intensity: np.ndarray
@@ -71,7 +76,7 @@ class PeerMeter:
 
 @dataclass(frozen=True)
 class Handover:
-    """A room for a peer; luminous : (3,) lx per unit of each band."""
+    """A room for a peer; luminous : (3,) lx per unit of each band, or (1,) for spectra."""
 
     surfaces: list[PeerSurface]
     points: list[Point]
@@ -79,9 +84,26 @@ class Handover:
     luminous: np.ndarray
 
 
-def hand_over(scene: Scene) -> Handover:
-    """The room for a peer, from the same faces that this program meshes. Raises InputError."""
-    bands = band_set("rgb")
+def light_at_1_nm(lamp: Spectrum) -> np.ndarray:
+    """Spectrum (471,) of one lumen as Mitsuba weighs it."""
+    nm, observer = cie_1931()
+    power = power_at_1_nm(lamp)
+    return power * CIE_Y / (power @ np.interp(nm, nm[::5], observer[::5, 1]))
+
+
+def hand_over(scene: Scene, spectral: bool = False) -> Handover:
+    """The room for a peer, from the same faces that this program meshes. Raises InputError.
+
+    spectral : at 360–830 nm, 1 nm, for Mitsuba's spectral variants; else in RGB
+    """
+    if spectral:
+        nm, observer = cie_1931()
+        bands, luminous = BandSet("1 nm", None, observer, nodes=nm), np.ones(1)
+        lights = np.array([lum.lumens * light_at_1_nm(lamp)
+                           for lum, lamp in zip(scene.luminaires, scene.lamps, strict=True)])
+    else:
+        bands = band_set("rgb")
+        luminous, lights = bands.luminous, scene.flux(bands)
     scale, middle = MAX_EDGE / scene.room.scale, scene.room.bounds.mean(axis=0)
 
     def units(points) -> np.ndarray:
@@ -91,7 +113,7 @@ def hand_over(scene: Scene) -> Handover:
                 for surface, rho in zip(scene.surfaces, scene.reflectance(bands), strict=True)
                 if surface.kind != "luminaire"]
     points = []
-    for lum, flux in zip(scene.luminaires, scene.flux(bands), strict=True):
+    for lum, flux in zip(scene.luminaires, lights, strict=True):
         if lum.distribution is not None:
             raise InputError(f"{scene.path}: luminaires {lum.name!r} is from a photometric file, which the "
                              "peers are not given. Leave it out.")
@@ -103,9 +125,8 @@ def hand_over(scene: Scene) -> Handover:
             outline = _tiny_square(lum.center, lum.normal, POINT_SIZE * scene.room.scale)
         face = units(outline) + LIFT * MAX_EDGE * lum.normal
         radiance = flux * scale**2 / (np.pi * _area(face))
-        surfaces.append(PeerSurface([face], np.zeros(3), radiance))
-    return Handover(surfaces, points, [_meter(p, scene.room, units) for p in scene.photometers],
-                    bands.luminous)
+        surfaces.append(PeerSurface([face], np.zeros(len(radiance)), radiance))
+    return Handover(surfaces, points, [_meter(p, scene.room, units) for p in scene.photometers], luminous)
 
 
 def _meter(photometer, room: Room, units) -> PeerMeter:
