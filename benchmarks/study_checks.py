@@ -24,9 +24,8 @@ from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, BandModel, 
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, WAVELENGTHS, Chips, Painting, chips, paintings
 from renderer.studies.rgb_in_rooms.run import (
     PAINTINGS,
-    STUDY_PATCHES,
-    STUDY_RAYS,
     lamp_models,
+    patches_and_rays,
     solve_painting,
 )
 
@@ -53,11 +52,9 @@ def evaluation_samples() -> Chips:
 
 def drawn_gains(number: int) -> tuple:
     """A drawn room and its gains, as in the study."""
-    scene = resolved(drawn_room(number, SEED)[0], load("grey_room").path.parent / "study.toml")
-    empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
-    return scene, room_gains(
-        scene, float(np.sqrt(scene.room.area / STUDY_PATCHES)), 0 if empty else STUDY_RAYS, SEED
-    )
+    table, _, lighting = drawn_room(number, SEED)
+    scene = resolved(table, load("grey_room").path.parent / "study.toml")
+    return scene, room_gains(scene, *patches_and_rays(scene, lighting), SEED)
 
 
 def in_bands_of_2_nm(gains: RoomGains, painting: Painting) -> np.ndarray:

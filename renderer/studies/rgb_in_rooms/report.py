@@ -32,7 +32,7 @@ def write_report(rooms: list[StudiedRoom], out: Path) -> list[Path]:
     bounds = (1.0, 2.0, 5.0)  # of errors [%] in the comparison of models
     readings = readings_of(rooms)
     lux = readings.where(readings.reading != READINGS.index("walls"))
-    rule, numerical = fitted_rule(readings), numerical_errors(rooms)
+    rule, (of_rgb, of_readings) = fitted_rule(readings), numerical_errors(rooms)
     colours, costs = colours_at_the_eye(rooms), model_costs(rooms)
     reds = reds_of_20_percent(rooms)
     by_palette = [readings.where(readings.palette == p) for p in range(len(PALETTES))]
@@ -50,7 +50,8 @@ def write_report(rooms: list[StudiedRoom], out: Path) -> list[Path]:
     record = {
         "rooms": sum(not room.fine for room in rooms),
         "readings": len(readings.error),
-        "numerical_error_points": _quantiles(numerical),
+        "numerical_error_of_rgb_points": _quantiles(of_rgb),
+        "numerical_error_of_readings_percent": _quantiles(of_readings),
         "within_percent": within,
         "by_lamp": by_lamp,
         "rule": vars(rule),

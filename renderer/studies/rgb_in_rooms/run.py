@@ -27,8 +27,12 @@ PACKAGED = ("grey_room", "furnished_room", "l_shaped", "office", "classroom", "g
 grey one."""
 PAINTINGS = (4, 4, 4)
 """Paintings of each room: architectural, accent, extreme."""
-STUDY_PATCHES, STUDY_RAYS = 450, 128
-"""Patches of a room, and rays per patch where the room is not empty and convex."""
+STUDY_PATCHES, UPLIT_PATCHES, STUDY_RAYS = 450, 1800, 128
+"""Patches of a room, and of one lit by uplights, whose ceiling is brightest just above them; and rays per
+patch where the room is not empty and convex."""
+CHECK_STEP = 11
+"""Of the drawn rooms one in so many is solved twice. It shares no factor with the numbers of kinds and of
+lightings, so that rooms of all of them are."""
 FOR_A_LAMP = ("6", "prefiltered")
 """Models whose bands depend on the lamp."""
 
@@ -72,12 +76,9 @@ def studied(task: RoomTask) -> dict[str, np.ndarray]:
     kind : of the room, with its lighting
     """
     scene, kind = _scene(task)
-    size = float(np.sqrt(scene.room.area / STUDY_PATCHES)) / (2 if task.fine else 1)
-    empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
+    size, rays = patches_and_rays(scene, kind)
     began = time.process_time()
-    gains = room_gains(
-        scene, size, 0 if empty else STUDY_RAYS * (4 if task.fine else 1), task.seed + task.fine
-    )
+    gains = room_gains(scene, size / np.sqrt(1 + task.fine), rays * (1 + task.fine), task.seed + task.fine)
     geometry_seconds = time.process_time() - began
     random = np.random.default_rng((task.seed, abs(task.number), task.number < 0))
     painted = paintings(scene, random, PAINTINGS)
@@ -96,6 +97,16 @@ def studied(task: RoomTask) -> dict[str, np.ndarray]:
         "kind": np.array(kind),
         **{key: np.array([getattr(each, key) for each in painted]) for key in ("palette", "name", "paint")},
     }
+
+
+def patches_and_rays(scene: Scene, kind: str) -> tuple[float, int]:
+    """Length of the study's patches in a room [m], and rays per patch; none in an empty convex room.
+
+    kind : of the room, with its lighting
+    """
+    count = UPLIT_PATCHES if kind.endswith("indirect") else STUDY_PATCHES
+    empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
+    return float(np.sqrt(scene.room.area / count)), 0 if empty else STUDY_RAYS
 
 
 @cache
@@ -189,14 +200,14 @@ def run_study(rooms: int, seed: int, out: Path, scheduler: str | None, progress:
 
     rooms : number of drawn rooms, beside the packaged ones
 
-    Every tenth room is also solved with patches half as long and other rays, for the numerical error. Returns
-    the folder. Raises InputError or SolveError.
+    One room in CHECK_STEP is also solved with twice the patches and other rays, for the numerical error.
+    Returns the folder. Raises InputError or SolveError.
     """
     folder = out / f"study_{program_and_rule(seed)}"
     tasks = [RoomTask(-k, seed) for k in range(1, len(PACKAGED) + 1)]
     for number in range(rooms):
         tasks.append(RoomTask(number, seed))
-        if number % 10 == 0:
+        if number % CHECK_STEP == 0:
             tasks.append(RoomTask(number, seed, fine=True))
     todo = [task for task in tasks if not (folder / f"{task.name}.npz").is_file()]
     finished, total = len(tasks) - len(todo), len(tasks)

@@ -148,17 +148,22 @@ def model_costs(rooms: list[StudiedRoom]) -> dict[str, float]:
             **dict(zip((*BAND_MODELS, REFERENCE), map(float, [*solves[1:], solves[0]]), strict=True))}
 
 
-def numerical_errors(rooms: list[StudiedRoom]) -> np.ndarray:
-    """Change (n,) of RGB's error [percentage points] from the usual mesh to one with patches half as long,
-    for all readings of the rooms that were solved on both."""
+def numerical_errors(rooms: list[StudiedRoom]) -> tuple[np.ndarray, np.ndarray]:
+    """Numerical errors (n,) of RGB's error [percentage points] and of the readings themselves [%], over all
+    readings of the rooms that were solved on two meshes.
+
+    An error goes with the area of a patch, so it is twice the change from the usual mesh to one with twice
+    the patches.
+    """
     usual = {room.number: room for room in rooms if not room.fine}
-    moved = []
+    of_rgb, of_readings = [np.zeros(0)], [np.zeros(0)]
     for room in rooms:
         if room.fine and room.number in usual:
-            ratio = [each.arrays["totals"][:, :, 1] / each.arrays["totals"][:, :, 0]
-                     for each in (usual[room.number], room)]
-            moved.append(100 * np.abs(ratio[0] - ratio[1]).ravel())
-    return np.concatenate(moved) if moved else np.zeros(0)
+            one, other = (each.arrays["totals"][:, :, 0] for each in (usual[room.number], room))
+            rgb, rgb_too = (each.arrays["totals"][:, :, 1] for each in (usual[room.number], room))
+            of_rgb.append(200 * np.abs(rgb / one - rgb_too / other).ravel())
+            of_readings.append(200 * np.abs(one / other - 1).ravel())
+    return np.concatenate(of_rgb), np.concatenate(of_readings)
 
 
 @dataclass(frozen=True)
