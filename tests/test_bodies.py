@@ -169,3 +169,21 @@ def test_plan_says_what_takes_no_part_and_which_lamp_is_a_slip(scene):
     assert not doubts(standing)
     bright = replace(standing, luminaires=[replace(standing.luminaires[0], lumens=3.6e7)])
     assert "3.6e+07 lm" in doubts(bright)[0]
+
+
+def areas_of(tmp_path, *bounds):
+    """Exposed area [m²] of boxes in one file."""
+    mesh = trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds])
+    mesh.export(tmp_path / "boxes.obj")
+    table = {**ROOM, "objects": [{"name": "boxes", "mesh": "boxes.obj", "position": [0, 0, 0],
+                                  "material": "g"}]}
+    return exposed_areas(renderer.load(table, tmp_path))["boxes"]
+
+
+@pytest.mark.parametrize(("overlapping", "area"), [
+    ([[[1, 1, .5], [2, 2, 1.5]], [[1.5, 1, .5], [2.5, 2, 1.5]]], 2 * (1.5 + 1.5 + 1)),
+    # Walls that share the edge of the corner, where they overlap.
+    ([[[1, 1, .5], [1.2, 3, 1.5]], [[1, 2.8, .5], [3, 3, 1.5]]], 2 * (1.8 * .2 + 2 * .2) + 8),
+], ids=["flush", "corner"])
+def test_flush_faces_of_solids_that_overlap_in_one_file_count_once(tmp_path, overlapping, area):
+    assert areas_of(tmp_path, *overlapping) == pytest.approx(area, rel=1e-6)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from renderer.cli.options import vector
 from renderer.cli.terminal import show, tell
 from renderer.system.text import visible
 
@@ -13,7 +14,9 @@ MAX_LISTED = 40
 """Largest number of rooms, files or omissions on screen."""
 
 
-def new(file: str | None = None, *, room: str | None = None, out: Path = Path()) -> None:
+def new(file: str | None = None, *, room: str | None = None,
+        inside: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None, out: Path = Path()
+        ) -> None:
     """A scene file to edit: a small office with comments, or the room of another program's file.
 
     Parameters
@@ -23,13 +26,18 @@ def new(file: str | None = None, *, room: str | None = None, out: Path = Path())
         office.
     room
         Name of the room to take, where FILE has several.
+    inside
+        A point in the room to take instead, as x,y,z in metres of FILE, z up.
     out
         Folder for the scene file.
     """
+    import numpy as np
+
     from renderer.studies.new_scene import new_scene
     from renderer.system.files import output_folder
 
-    written = new_scene(None if file is None else Path(file), output_folder(out), room)
+    place = None if inside is None else np.array(vector("--inside", inside), dtype=float)
+    written = new_scene(None if file is None else Path(file), output_folder(out), room, place)
     scene, *others = written.files
     for line in _what_was_taken(written):
         tell(visible(line))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
+from renderer.scene.doubled import earlier_in_place
 from renderer.scene.faces_in_axes import FaceInAxes
 from renderer.scene.flat import Parts, Polygon, polygon, rectilinear
 from renderer.scene.geometry import Rectangle
@@ -51,6 +52,7 @@ class Arrangement:
         self.of_shell = np.repeat(np.arange(len(shells)), [len(shell.triangles) for shell in shells])
         self.boxes = np.array([[f.corners.min(axis=0), f.corners.max(axis=0)] for f in faces])
         self.crossing = self._crossing()
+        self.earlier = earlier_in_place(faces, self.boxes, self.off)
         self.shared = {(self.faces[k].shell, int(self.of_shell[t]))
                        for k, found in self.crossing.items() for t in found}
         self.levels: dict[tuple[int, int], float] = {}
@@ -58,7 +60,7 @@ class Arrangement:
     def solids_at(self, shell: int, points: np.ndarray) -> np.ndarray:
         """How many shells enclose points (k, 3) just off faces of one (−1: of a sheet) that no other touches,
         in what is not air (k,)."""
-        total = np.full(len(points), self.shells[shell].own if shell >= 0 else 0.0)
+        total = self.shells[shell].own_at(points) if shell >= 0 else np.zeros(len(points))
         for index, other in enumerate(self.shells):
             near = ((self.low[index] <= points) & (points <= self.high[index])).all(axis=1) | (index == 0)
             if index != shell and near.any():
@@ -113,14 +115,15 @@ class Arrangement:
     def _entire(self) -> dict[int, bool]:
         """Faces of closed shells that no section of a shell cuts, by their number: whether their front is
         exposed. Sections that miss a face's frame, drawn in as `_pieces` draws in the face, cut nothing."""
-        some = [k for k, face in enumerate(self.faces) if face.shell >= 0 and not self._may_be_cut(k, face)]
+        some = [k for k, face in enumerate(self.faces)
+                if face.shell >= 0 and k not in self.earlier and not self._may_be_cut(k, face)]
         if not some:
             return {}
         points = np.concatenate([self.faces[k].middle + self.off * self.faces[k].normal for k in some])
         shell, total = np.array([self.faces[k].shell for k in some]), np.zeros(len(some))
         for index, other in enumerate(self.shells):
             near = ((self.low[index] <= points) & (points <= self.high[index])).all(axis=1) | (index == 0)
-            total[shell == index] += other.own
+            total[shell == index] += other.own_at(points[shell == index])
             near &= shell != index
             met = np.array([not self.shared.isdisjoint([(s, index), (index, s)])
                             for s in range(len(self.shells))])
@@ -153,19 +156,20 @@ class Arrangement:
 
     def _pieces(self, k: int, face: FaceInAxes) -> list[tuple]:
         """A face's pieces, which of their sides are exposed, and whether it was cut."""
-        sheet = face.shell < 0
-        if not sheet and k not in self.crossing:
+        sheet, twins = face.shell < 0, self._twins(k, face)
+        if not sheet and k not in self.crossing and not twins:
             return [(face, self._sides(face, face.middle), False)]
-        lines = self._lines(k, face)
+        lines = self._lines(k, face) + [twin.boundary for twin in twins]
         inner = face.shape.buffer(-2 * self.off)
         if not any(line.intersects(inner) for line in lines):
             point = face.middle
-            if sheet and self._again(k, face, point):
+            if (sheet and self._again(k, face, point)) or self._in_some(twins, face, point):
                 return [(face, (False, False), False)]
             return [(face, self._sides(face, point), False)]
         cells = self._cells(face, lines)
         points = np.array([cell.representative_point().coords[0] for cell in cells])
-        sides = [self._sides(face, point[None]) for point in face.solid(points)]
+        sides = [(False, False) if self._in_some(twins, face, point[None]) else
+                 self._sides(face, point[None]) for point in face.solid(points)]
         if sheet:
             sides = [(False, False) if self._again(k, face, point[None]) else side
                      for side, point in zip(sides, face.solid(points), strict=True)]
@@ -216,6 +220,23 @@ class Arrangement:
             found += [other.shape.boundary for side in (1, -1) for other in self._coplanar(k, face, side)]
         return found
 
+    def _twins(self, k: int, face: FaceInAxes) -> list:
+        """Shapes, in the axes of a solid's face, of earlier faces of its surface that lie in its place."""
+        import shapely
+
+        others = [self.faces[j] for j in self.earlier.get(k, ())]
+        shapes = [shapely.Polygon(*[face.flat(other.solid(ring)) for ring in other.rings[:1]],
+                                  [face.flat(other.solid(ring)) for ring in other.rings[1:]])
+                  for other in others]
+        return [shape for shape in shapes if shape.intersection(face.shape).area > self.off * shape.length]
+
+    @staticmethod
+    def _in_some(shapes: list, face: FaceInAxes, point: np.ndarray) -> bool:
+        """Whether a place (1, 3) of a face is in some of the shapes in its axes."""
+        import shapely
+
+        return bool(shapes) and any(shape.contains(shapely.Point(face.flat(point)[0])) for shape in shapes)
+
     def _coplanar(self, k: int, face: FaceInAxes, facing: int) -> list[FaceInAxes]:
         """Faces of other surfaces, or of other shells, in a face's plane that overlap it and face like it (1)
         or against it (−1), in its own axes."""
@@ -263,7 +284,7 @@ class Arrangement:
             near = index == 0 or ((self.low[index] <= point[0]) & (point[0] <= self.high[index])).all()
             met = face.shell < 0 or not self.shared.isdisjoint([(face.shell, index), (index, face.shell)])
             if index == face.shell:
-                total += shell.own
+                total += float(shell.own_at(point)[0])
             elif near:
                 total += float(shell.solid_at(point)[0]) if met else self._level(face.shell, index)
         return total

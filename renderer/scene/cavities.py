@@ -13,6 +13,8 @@ FACE_STEP = 0.4
 a face between them."""
 MIN_ROOM_SHARE = 0.01
 """Smallest volume of a room, relative to the whole extent; drawers and the inside of walls are smaller."""
+NEARLY = 0.9
+"""Distance from all faces, relative to the largest in a cavity, that counts as far."""
 CELLS_BESIDE = 2
 """Largest distance, in cells, of a cavity from its walls and from places in it."""
 FACE, UNENCLOSED = -2, -1
@@ -25,7 +27,7 @@ class Cavity:
 
     place : (3,) [m], far from all faces
     extent : (3,) [m]
-    volume : [m³]
+    volume : [m³]; where openings are closed that of the extent
     """
 
     place: np.ndarray
@@ -45,6 +47,7 @@ class Cavities:
     cell : (nx, ny, nz) number of each cell's cavity, or FACE or UNENCLOSED
     low : (3,) [m] corner of the grid
     pitch : [m] of the grid
+    reach : cells between a cavity and its walls, where openings are closed
     """
 
     rooms: list[int]
@@ -52,6 +55,7 @@ class Cavities:
     cell: np.ndarray
     low: np.ndarray
     pitch: float
+    reach: int = 0
 
     def index(self, points: np.ndarray) -> tuple[np.ndarray, ...]:
         """The cells of points (…, 3), the nearest ones for points outside the grid."""
@@ -67,15 +71,16 @@ class Cavities:
         from scipy import ndimage
 
         cells = np.isin(self.cell, chosen)
-        near = ndimage.binary_dilation(cells, np.ones((3, 3, 3)), iterations=CELLS_BESIDE)
-        points, owner = _points(triangles, FACE_STEP * self.pitch)
+        near = ndimage.binary_dilation(cells, np.ones((3, 3, 3)), iterations=CELLS_BESIDE + self.reach)
+        points, owner = points_on(triangles, FACE_STEP * self.pitch)
         return np.bincount(owner, near[self.index(points)], len(triangles)) > 0
 
 
-def cavities(triangles: np.ndarray, closed: np.ndarray) -> Cavities:
+def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) -> Cavities:
     """The cavities of triangles (k, 3, 3) [m].
 
     closed : (k,) whether a triangle is of a solid, wound outward
+    opening : [m] width of openings, as doors and windows, that count as closed
 
     Rooms are the air between solids and sheets, or, where there is none, the inside of the solids: then the
     file has inner surfaces alone.
@@ -86,25 +91,38 @@ def cavities(triangles: np.ndarray, closed: np.ndarray) -> Cavities:
     pitch = float((high - low).max()) / CELLS_ACROSS
     low = low - 1.5 * pitch
     grid = np.zeros(np.ceil((high - low) / pitch + 1.5).astype(int), dtype=bool)
-    grid[tuple(np.floor((_points(triangles, FACE_STEP * pitch)[0] - low) / pitch).astype(int).T)] = True
+    grid[tuple(np.floor((points_on(triangles, FACE_STEP * pitch)[0] - low) / pitch).astype(int).T)] = True
+    reach = int(np.ceil(opening / 2 / pitch))
+    if reach:
+        grid = ndimage.distance_transform_edt(~np.pad(grid, reach)) <= reach
+        low = low - reach * pitch
     label, _ = ndimage.label(~grid)
     cell = np.where(grid, FACE, label - 2)  # the first is the air around: its first cell is the grid's
     each = []
     for box in ndimage.find_objects(label)[1:]:
         inner = np.pad(label[box] == len(each) + 2, 1)
-        deepest = np.unravel_index(ndimage.distance_transform_edt(inner).argmax(), inner.shape)
         start = np.array([side.start for side in box])
-        each.append(Cavity(low + (start + np.array(deepest) - 0.5) * pitch,
-                           (np.array(inner.shape) - 1) * pitch, float(inner.sum()) * pitch**3))
+        each.append(Cavity(low + (start + _deepest(inner) - 0.5) * pitch,
+                           extent := (np.array(inner.shape) - 1 + 2 * reach) * pitch,
+                           float(np.prod(extent) if reach else inner.sum() * pitch**3)))
     large = [k for k, one in enumerate(each) if one.volume > MIN_ROOM_SHARE * np.prod(high - low)]
     places = np.array([each[k].place for k in large]).reshape(-1, 3)
     depth = -winding(places, triangles[closed]) if closed.any() else np.zeros(len(places))
     least = depth.min(initial=np.inf) + 0.5
     rooms = [k for k, inside in zip(large, depth, strict=True) if inside < least]
-    return Cavities(sorted(rooms, key=lambda k: -each[k].volume), each, cell, low, pitch)
+    return Cavities(sorted(rooms, key=lambda k: -each[k].volume), each, cell, low, pitch, reach)
 
 
-def _points(triangles: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+def _deepest(inner: np.ndarray) -> np.ndarray:
+    """The cell (3,) of a cavity that is far from all faces, and of those the nearest to its middle."""
+    from scipy import ndimage
+
+    depth = ndimage.distance_transform_edt(inner)
+    far = np.argwhere(depth > NEARLY * depth.max())
+    return far[np.abs(far - (np.array(inner.shape) - 1) / 2).sum(axis=1).argmin()]
+
+
+def points_on(triangles: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Points (m, 3) on triangles (k, 3, 3), at most `step` apart, and their triangles (m,)."""
     sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
     counts = np.maximum(1, np.ceil(sides.max(axis=1) / step).astype(int))

@@ -6,13 +6,12 @@ so that each piece is exposed as a whole or not at all, and areas are right to r
 """
 
 import numpy as np
-import trimesh
 
 from renderer.scene.arrangement import OFF_SURFACE, Arrangement, Exposed
 from renderer.scene.faces_in_axes import faces_of
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.room import Room
-from renderer.scene.shells import Shell, components, solids_of
+from renderer.scene.shells import Shell, components, has_crowded_edges, solids_of
 
 MIN_GROUPED_TRIANGLES = 3000
 """Triangles of all bodies from which on facets without neighbours of other shells are tested together."""
@@ -31,9 +30,10 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
     count = np.bincount([index for index, _ in pieces], minlength=len(bodies))
     of_solid = solids_of([piece if bodies[index].closed else None for index, piece in pieces])
     for solid in range(of_solid.max(initial=-1) + 1):
-        own = [piece for (_, piece), k in zip(pieces, of_solid, strict=True) if k == solid]
-        volume = trimesh.triangles.mass_properties(np.concatenate([p.triangles for p in own])).volume
-        shells.append(Shell(np.concatenate([p.triangles for p in own]), 1, -1.0 if volume < 0 else 0.0))
+        own = np.concatenate([piece.triangles for (_, piece), k in zip(pieces, of_solid, strict=True)
+                              if k == solid])
+        volume = np.einsum("ki,ki->k", own[:, 0], np.cross(own[:, 1], own[:, 2])).sum()
+        shells.append(Shell(own, 1, -1.0 if volume < 0 else 0.0, crowded=has_crowded_edges(own)))
     fine, alone = sum(len(piece.faces) for _, piece in pieces) > MIN_GROUPED_TRIANGLES, []
     for place, ((index, piece), solid) in enumerate(zip(pieces, of_solid, strict=True)):
         parts = bodies[index].parts if count[index] == 1 else flat_parts(piece)

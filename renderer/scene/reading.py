@@ -114,7 +114,7 @@ def _revised(scene: Scene, table: dict) -> Scene:
     checked, path, before = _validated(table, scene.path), scene.path, scene.table
     same = all(before.get(key) == table.get(key) for key in before.keys() | table.keys()
                if key not in ("materials", "luminaires", "solver", "title"))
-    if not same or before["materials"].keys() != checked.materials.keys():
+    if not same or before.get("materials", {}).keys() != checked.materials.keys():
         return _resolve(checked, path)
     materials = {name: _material(name, m, checked.solver.upsampling, path)
                  for name, m in checked.materials.items()}

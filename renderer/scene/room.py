@@ -208,6 +208,22 @@ def nearest(point: np.ndarray, shell: np.ndarray) -> tuple[float, int]:
     return float(distance.min()), int(distance.argmin())
 
 
+def free_lengths(place: np.ndarray, directions: np.ndarray, shell: np.ndarray) -> np.ndarray:
+    """Distance [m] (m,) from a place (3,) along directions (m, 3) to the first triangle of (k, 3, 3); inf for
+    none (T. Möller and B. Trumbore, J. Graphics Tools 2(1), 1997)."""
+    start, one, other = shell[:, 0] - place, shell[:, 1] - shell[:, 0], shell[:, 2] - shell[:, 0]
+    found = np.full(len(directions), np.inf)
+    for index, direction in enumerate(directions):
+        across = np.cross(direction, other)
+        volume = np.einsum("ki,ki->k", one, across)
+        volume = np.where(np.abs(volume) > 0, volume, np.nan)
+        u = -np.einsum("ki,ki->k", start, across) / volume
+        beside = np.cross(-start, one)
+        v, t = beside @ direction / volume, np.einsum("ki,ki->k", beside, other) / volume
+        found[index] = t[(u >= -1e-9) & (v >= -1e-9) & (u + v <= 1 + 1e-9) & (t > 0)].min(initial=np.inf)
+    return found
+
+
 def refuse_place_outside(room: Room, point: np.ndarray, what: str, remedy: str) -> None:
     """Raise InputError for a point (3,) outside a room: "`what` [x, y, z], outside the room …"."""
     if not outside(point[None], room.shell, INSIDE_TOLERANCE * room.scale)[0]:

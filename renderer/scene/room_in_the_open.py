@@ -16,7 +16,16 @@ from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.geometry import Rectangle
 from renderer.scene.model_files.heap import Heap, volumes
 from renderer.scene.model_files.model import Model, read_model
-from renderer.scene.room import INSIDE_TOLERANCE, Opening, Room, box_room, distances, spelt, winding
+from renderer.scene.room import (
+    INSIDE_TOLERANCE,
+    Opening,
+    Room,
+    box_room,
+    distances,
+    free_lengths,
+    spelt,
+    winding,
+)
 from renderer.scene.scene import Body
 from renderer.scene.surface_names import FACINGS, surface_names
 
@@ -142,22 +151,12 @@ def _within(corners: np.ndarray, shell: np.ndarray) -> np.ndarray:
 
 
 def _open_share(place: np.ndarray, corners: np.ndarray, count: int = 256) -> float:
-    """Share of `count` directions from a place (3,) that meet no triangle (k, 3, 3) (T. Möller and B.
-    Trumbore, J. Graphics Tools 2(1), 1997). The directions are a Fibonacci lattice on the sphere."""
+    """Share of `count` directions from a place (3,) that meet no triangle (k, 3, 3). The directions are a
+    Fibonacci lattice on the sphere."""
     k = np.arange(count) + 0.5
     z, turn = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
     directions = np.stack([np.cos(turn) * np.sqrt(1 - z**2), np.sin(turn) * np.sqrt(1 - z**2), z], axis=1)
-    start, one, other = corners[:, 0] - place, corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    met = 0
-    for direction in directions:
-        across = np.cross(direction, other)
-        volume = np.einsum("ki,ki->k", one, across)
-        volume = np.where(np.abs(volume) > 0, volume, np.nan)
-        u = -np.einsum("ki,ki->k", start, across) / volume
-        beside = np.cross(-start, one)
-        v, t = beside @ direction / volume, np.einsum("ki,ki->k", beside, other) / volume
-        met += bool(((u >= -1e-9) & (v >= -1e-9) & (u + v <= 1 + 1e-9) & (t > 0)).any())
-    return 1 - met / count
+    return float(np.isinf(free_lengths(place, directions, corners)).mean())
 
 
 def _mesh(model: Model, faces: np.ndarray) -> trimesh.Trimesh:

@@ -221,7 +221,7 @@ class SceneTable(StrictTable):
 
     title: str = "Untitled room"
     room: RoomTable
-    materials: dict[str, MaterialTable]
+    materials: dict[str, MaterialTable] = {}
     luminaires: list[LuminaireTable] = []
     objects: list[ObjectTable] = []
     photometers: list[PhotometerTable] = []

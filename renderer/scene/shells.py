@@ -20,6 +20,7 @@ class Shell:
     triangles : (k, 3, 3) [m]
     sign : 1 for a solid, whose normals point into the air; −1 for the room
     own : winding number of the surface just before it: 0, or −1 before the wall of a hollow
+    crowded : whether solids that may overlap share its edges, so that parts of it may be inside others
     convex : whether it is a convex room's, whose planes tell what is inside
     """
 
@@ -27,11 +28,18 @@ class Shell:
     sign: int
     own: float
     convex: bool = False
+    crowded: bool = False
 
     @property
     def bounds(self) -> np.ndarray:
         """Lowest and highest corner (2, 3) [m]."""
         return np.array([self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))])
+
+    def own_at(self, points: np.ndarray) -> np.ndarray:
+        """Number of times (k,) that the shell encloses points (k, 3) just before its own faces, as `own`."""
+        if not self.crowded:
+            return np.full(len(points), self.own)
+        return np.rint(-winding(points, self.triangles))
 
     def solid_at(self, points: np.ndarray) -> np.ndarray:
         """Number of times (k,) that the shell encloses points (k, 3) in solid matter."""
@@ -51,6 +59,13 @@ def components(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
         return [mesh]
     return [trimesh.Trimesh(mesh.vertices, mesh.faces[labels == k], process=False)
             for k in range(labels.max() + 1)]
+
+
+def has_crowded_edges(triangles: np.ndarray) -> bool:
+    """Whether more than two triangles of (k, 3, 3) share an edge."""
+    corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    sides = np.sort(np.stack([corner, np.roll(corner, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    return bool(np.unique(sides, axis=0, return_counts=True)[1].max() > 2)
 
 
 def solids_of(pieces: list[trimesh.Trimesh | None]) -> np.ndarray:

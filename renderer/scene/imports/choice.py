@@ -6,44 +6,87 @@ from dataclasses import replace
 import numpy as np
 
 from renderer.errors import InputError
+from renderer.scene.imports.cavity_rooms import OPENINGS_M, rooms_of_cavities
 from renderer.scene.imports.draft import listed_names
 from renderer.scene.imports.record import Imported, ImportedFace, Space, Thing
-from renderer.scene.imports.sorting import sorted_faces
+from renderer.scene.imports.sorting import sorted_faces, triangles_of
 from renderer.scene.imports.toml_text import clean
+from renderer.scene.room import spelt, winding
 
 
-def rooms_and_things(found: Imported, chosen: str | None) -> tuple[list[Space], list[Thing], list[str]]:
-    """The rooms that may become a scene, the most likely first; the things that may stand in it; notes on
-    both.
-
-    chosen : name of the only room; None for all
-
-    Raises InputError.
-    """
+def rooms_and_things(found: Imported) -> tuple[list[Space], list[Thing], list[str]]:
+    """The rooms that may become a scene, the most likely first; the things that may stand in those without
+    things of their own; notes on both. Raises InputError."""
     spaces, things, notes = found.spaces, list(found.things), []
+    if not spaces and found.faces:
+        names, faces = map(list, zip(*found.faces, strict=True))
+        spaces, inner = _rooms_of_faces(faces, names)
+        if not spaces or spaces[0].things is None:
+            things += inner
+        spaces = [space if space.things is None else replace(space, things=[*space.things, *found.things])
+                  for space in spaces]
     if not spaces:
-        around, inner = sorted_faces([face for _, face in found.faces], [name for name, _ in found.faces]) \
-            if found.faces else ([], [])
-        things += inner
-        if not around:
-            if not things:
-                raise InputError(f"FILE: {clean(found.title)} holds no faces. Export it with its surfaces.")
-            around = _box_around(things)
-            notes.append("No faces in the file are around a room: a box is drawn around all of it")
-        spaces = [Space("room", around)]
-    if chosen is not None:
-        one = [space for space in spaces if space.name == chosen]
-        if not one:
-            names = listed_names([space.name for space in spaces])
-            raise InputError(f"--room is {chosen!r}; must be one of {names}.")
-        return one, things, notes
+        if not things:
+            raise InputError(f"FILE: {clean(found.title)} holds no faces. Export it with its surfaces.")
+        spaces = [Space("room", _box_around(things))]
+        notes.append("No faces in the file are around a room: a box is drawn around all of it")
+    if len(spaces) > 1 and any(space.air for space in spaces):
+        notes.append(f"The file holds {len(spaces)} rooms: " + "; ".join(map(_spelt, spaces[:12]))
+                     + ". --room or --inside, a point, takes another")
     return sorted(spaces, key=lambda each: _worth(each, found, things), reverse=True), things, notes
+
+
+def _rooms_of_faces(faces: list[ImportedFace], names: list[str]) -> tuple[list[Space], list[Thing]]:
+    """The rooms that faces with names enclose, and, of none or of one that is a closed surface, the things
+    of the file."""
+    closed = rooms_of_cavities(faces, names, OPENINGS_M[:1])
+    if closed:
+        return closed, []
+    around, things = sorted_faces(faces, names)
+    if around:
+        return [Space("room", around)], things
+    return rooms_of_cavities(faces, names, OPENINGS_M[1:]), things
+
+
+def one_room(spaces: list[Space], name: str | None, inside: np.ndarray | None) -> list[Space]:
+    """The room of a name, or about a place (3,); none where both are None. Raises InputError."""
+    if inside is not None:
+        chosen = [space for space in spaces if _holds(space, inside)]
+        given = f"--inside is {spelt(inside)}, in none of the file's rooms"
+    elif name is not None:
+        chosen, given = [space for space in spaces if space.name == name], f"--room is {name!r}"
+    else:
+        return []
+    if not chosen:
+        names = listed_names([space.name for space in spaces]) if inside is None else (
+            "; ".join(map(_spelt, spaces[:12])))
+        raise InputError(f"{given}; must be {'one of' if inside is None else 'in one of'} {names}.")
+    return chosen
+
+
+def _holds(space: Space, place: np.ndarray) -> bool:
+    if space.air is not None:
+        found = space.air.cavities
+        return int(found.cell[found.index(place)]) == space.air.number
+    triangles = np.concatenate([triangles_of(face) for face in space.faces])
+    return bool(abs(winding(place[None], triangles)[0]) > 0.5)
+
+
+def _spelt(space: Space) -> str:
+    points = np.concatenate([face.rings[0] for face in space.faces]) if space.air is None else (
+        space.air.bounds)
+    low, high = points.min(axis=0), points.max(axis=0)
+    place = (low + high) / 2 if space.air is None else space.air.place
+    size = " × ".join(f"{x:.3g}" for x in high - low)
+    return f"{clean(space.name)!r}, {size} m about {spelt(np.round(place, 2))}"
 
 
 def _worth(space: Space, found: Imported, things: list[Thing]) -> tuple[bool, bool, float]:
     """Sort key of rooms: a lamp in the room, furniture in it, its size."""
-    points = np.concatenate([face.rings[0] for face in space.faces])
+    points = np.concatenate([face.rings[0] for face in space.faces]) if space.air is None else (
+        space.air.bounds)
     low, high = points.min(axis=0), points.max(axis=0)
+    things = things if space.things is None else space.things
 
     def holds(places) -> bool:
         return any((place >= low).all() and (place <= high).all() for place in places)
@@ -83,7 +126,7 @@ def renamed_finishes(found: Imported) -> Imported:
         return [replace(face, finish=names.get(face.finish, "")) for face in faces]
 
     return replace(
-        found, spaces=[Space(space.name, renamed(space.faces)) for space in found.spaces if space.faces],
+        found, spaces=[replace(space, faces=renamed(space.faces)) for space in found.spaces if space.faces],
         faces=[(name, face) for (name, _), face in
                zip(found.faces, renamed([face for _, face in found.faces]), strict=True)],
         things=[replace(thing, faces=renamed(thing.faces), finish=names.get(thing.finish, ""))

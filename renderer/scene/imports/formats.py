@@ -20,11 +20,13 @@ READER_BY_SUFFIX: dict[str, Callable[[Path, bytes], Imported]] = {
 """Readers by the file's suffix in lower case."""
 
 
-def import_file(source: Path, target: Path, room: str | None = None) -> Written:
+def import_file(source: Path, target: Path, room: str | None = None,
+                inside: np.ndarray | None = None) -> Written:
     """Write a scene from a file of another program. Raises InputError.
 
     target : the scene file to write; meshes and photometric files go to a folder beside it
     room : name of the room for the scene; None for the largest of those with lamps, or with furniture
+    inside : (3,) [m] a place in that room instead, in the file's coordinates with z up
     """
     reader = READER_BY_SUFFIX.get(source.suffix.lower())
     if reader is None:
@@ -38,7 +40,7 @@ def import_file(source: Path, target: Path, room: str | None = None) -> Written:
             _refuse_far(found)
         except NotImported as fault:
             raise InputError(f"FILE: {source.name} {fault}.") from None
-        return write_scene(found, target, room)
+        return write_scene(found, target, room, inside)
 
 
 def _refuse_far(found: Imported) -> None:

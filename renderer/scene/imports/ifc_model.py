@@ -168,14 +168,19 @@ class _Reader:
 
     def _rooms_of_walls(self, spaces: int) -> None:
         """Add the rooms between walls, for a file without spaces that have a shape. Raises NotImported."""
-        walls = [np.array([face.rings[0] for face in faces]) for _, faces in
-                 self._shapes(self.of_type("IfcWall", "IfcDoor", "IfcWindow", "IfcCurtainWall", "IfcPlate",
-                                           "IfcMember", "IfcColumn"))]
-        slabs = [face.rings[0] for _, faces in
-                 self._shapes(self.of_type("IfcSlab", "IfcRoof", "IfcCovering")) for face in faces]
-        self.found.spaces.extend(rooms_of_walls(walls, np.array(slabs).reshape(-1, 3, 3)))
+        walls = list(self._shapes(self.of_type("IfcWall", "IfcDoor", "IfcWindow", "IfcCurtainWall",
+                                               "IfcPlate", "IfcMember", "IfcColumn")))
+        slabs = list(self._shapes(self.of_type("IfcSlab", "IfcRoof", "IfcCovering")))
+        self.found.spaces.extend(rooms_of_walls(
+            [np.array([face.rings[0] for face in faces]) for _, faces in walls],
+            np.array([face.rings[0] for _, faces in slabs for face in faces]).reshape(-1, 3, 3)))
         if self.found.spaces:
             self.found.notes.append("The file has no spaces: rooms are what its walls enclose in plan")
-        elif not self.found.things:
+            return
+        self.found.faces.extend((item.Name or item.is_a(), face) for item, faces in [*walls, *slabs]
+                                for face in faces)
+        if not self.found.things and not self.found.faces:
             raise NotImported(f"has {spaces} spaces, none with a shape, and no walls that enclose a room; "
                               "export it with its rooms (IfcSpace) as volumes")
+        self.found.notes.append("The file has no spaces, and its walls enclose none in plan: rooms are the "
+                                "cavities between walls and slabs, where there are any")

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from renderer.scene.cavities import Cavities
+
 ASSUMED_REFLECTANCES = {"ceiling": 0.7, "walls": 0.5, "floor": 0.2, "furniture": 0.5}
 """Reflectances of surfaces without one in the file, within the ranges of EN 12464-1:2021, 4.2."""
 
@@ -47,11 +49,20 @@ class ImportedFace:
 
 
 @dataclass(frozen=True)
-class Space:
-    """A room of the file, as the faces around it."""
+class Air:
+    """The air of a room that no one surface encloses: a cavity of a heap of faces.
 
-    name: str
-    faces: list[ImportedFace]
+    place : (3,) [m] far from all faces
+    bounds : (2, 3) [m] lowest and highest corner
+    corners : (k, 3, 3) [m] the faces around it as triangles
+    cavities, number : the file's cavities, and which of them it is
+    """
+
+    place: np.ndarray
+    bounds: np.ndarray
+    corners: np.ndarray
+    cavities: Cavities
+    number: int
 
 
 @dataclass(frozen=True)
@@ -67,6 +78,20 @@ class Thing:
     faces: list[ImportedFace]
     ball: np.ndarray | None = None
     finish: str = ""
+
+
+@dataclass(frozen=True)
+class Space:
+    """A room of the file, as the faces around it.
+
+    air : None where these are one closed surface
+    things : what stands in it; None where that is to be found among the things of the file
+    """
+
+    name: str
+    faces: list[ImportedFace]
+    air: Air | None = None
+    things: list[Thing] | None = None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
-from renderer.scene.imports.record import ASSUMED_REFLECTANCES, ImportedFace
+from renderer.scene.imports.record import ASSUMED_REFLECTANCES, Air, ImportedFace, ImportedFinish
 
 CORNER_TOLERANCE = 1e-4
 """Largest distance between corners that coincide, relative to the room's longest side: CAD files round by
@@ -21,6 +21,7 @@ class RoomShape:
 
     turn : (4, 4) from the file's coordinates to the scene's
     finishes : of the six sides of a box, or of floor, ceiling and walls of an outline, by the scene's keys
+    inside : (3,) [m] a place in the room, where its faces are not one closed surface
     """
 
     turn: np.ndarray
@@ -29,10 +30,18 @@ class RoomShape:
     height: float = 0.0
     faces: list[ImportedFace] = field(default_factory=list)
     finishes: dict[str, str] = field(default_factory=dict)
+    inside: np.ndarray | None = None
 
 
-def shape_of(faces: list[ImportedFace]) -> RoomShape:
-    """The simplest shape of a room with these faces: a box, an outline or a mesh."""
+def shape_of(faces: list[ImportedFace], air: Air | None = None) -> RoomShape:
+    """The simplest shape of a room with these faces: a box, an outline or a mesh.
+
+    air : for faces that are not one closed surface, which stay a mesh
+    """
+    if air is not None:
+        turn = np.eye(4)
+        turn[:3, 3] = -air.bounds[0]
+        return RoomShape(turn, faces=[moved(face, turn) for face in faces], inside=air.place - air.bounds[0])
     points = np.concatenate([ring for face in faces for ring in face.rings])
     low, high = points.min(axis=0), points.max(axis=0)
     plan = _plan(faces, low[2], high[2], CORNER_TOLERANCE * float((high - low).max()))
@@ -195,18 +204,38 @@ def _of_box(corners: np.ndarray, finishes: dict[str, str]) -> dict[str, str]:
     return sides
 
 
-def with_finishes(faces: list[ImportedFace]) -> tuple[list[ImportedFace], list[str]]:
+def with_finishes(faces: list[ImportedFace], air: Air | None = None
+                  ) -> tuple[list[ImportedFace], list[str]]:
     """Faces of a room with assumed finishes where they have none, and the kinds of face for which one is
     assumed.
 
     The kinds are keys of ASSUMED_REFLECTANCES.
     """
-    points = np.concatenate([face.rings[0] for face in faces])
-    middle = (points[:, 2].min() + points[:, 2].max()) / 2
+    middle = _mid_height(faces, air)
     kinds = [None if face.finish else _kind(face, middle) for face in faces]
     done = [face if kind is None else ImportedFace(face.rings, assumed(kind), kind)
             for face, kind in zip(faces, kinds, strict=True)]
     return done, sorted({kind for kind in kinds if kind})
+
+
+def finishes_by_kind(faces: list[ImportedFace], finishes: dict[str, ImportedFinish], air: Air | None
+                     ) -> dict[str, ImportedFinish]:
+    """Those finishes of a room's faces that the file gives no reflectance, with the one assumed for the kind
+    of face that most of their area is."""
+    middle, areas = _mid_height(faces, air), defaultdict(lambda: defaultdict(float))
+    for face in faces:
+        given = finishes.get(face.finish)
+        if given is not None and given.reflectance is None and given.rgb is None:
+            areas[face.finish][_kind(face, middle)] += np.linalg.norm(vector_area(face.rings[0]))
+    most = {name: max(each, key=each.get) for name, each in areas.items()}
+    return {name: ImportedFinish(name, ASSUMED_REFLECTANCES[kind],
+                                 remark=f"the file gives no reflectance: that of {kind} is assumed")
+            for name, kind in most.items()}
+
+
+def _mid_height(faces: list[ImportedFace], air: Air | None) -> float:
+    points = np.concatenate([face.rings[0] for face in faces]) if air is None else air.bounds
+    return float(points[:, 2].min() + points[:, 2].max()) / 2
 
 
 def assumed(kind: str) -> str:

@@ -41,7 +41,7 @@ def sorted_faces(faces: list[ImportedFace], names: list[str]) -> tuple[list[Impo
 
     names : for each face the name of its thing in the file
     """
-    polygons = _polygons(faces)
+    polygons = polygons_of(faces)
     found = facets(polygons)
     whole = heap(found)
     if not len(whole.faces):
@@ -64,7 +64,7 @@ def sorted_faces(faces: list[ImportedFace], names: list[str]) -> tuple[list[Impo
 
 def encloses(faces: list[ImportedFace]) -> bool:
     """Whether all faces belong to closed surfaces."""
-    whole = heap(facets(_polygons(faces)))
+    whole = heap(facets(polygons_of(faces)))
     return bool(len(whole.faces)) and bool((whole.solid >= 0).all())
 
 
@@ -87,7 +87,8 @@ def _whole_faces(faces: list[ImportedFace], whole, chosen: np.ndarray) -> list[I
     return result
 
 
-def _polygons(faces: list[ImportedFace]) -> Polygons:
+def polygons_of(faces: list[ImportedFace]) -> Polygons:
+    """Faces as the polygons of a file, each a part of its own."""
     vertices, sizes, part = [], [], []
     for k, face in enumerate(faces):
         for ring in (face.rings if len(face.rings) == 1 else triangles_of(face)):

@@ -22,11 +22,10 @@ from renderer.scene.imports.record import (
 from renderer.scene.imports.shape import assumed, moved, vector_area
 from renderer.scene.imports.sorting import triangles_of
 from renderer.scene.imports.toml_text import clean
-from renderer.scene.room import Room
 from renderer.system.files import whole_file
 
 
-def object_tables(draft: Draft, things: list[Thing], room: Room) -> list[dict]:
+def object_tables(draft: Draft, things: list[Thing], room: places.Interior) -> list[dict]:
     """Tables of the things in the room."""
     tables, elsewhere = [], 0
     for thing in things:
@@ -34,7 +33,7 @@ def object_tables(draft: Draft, things: list[Thing], room: Room) -> list[dict]:
         points = points_of(placed)
         more = [triangle.mean(axis=0) for face in placed.faces for triangle in triangles_of(face)]
         low, high = room.bounds
-        if (points.max(axis=0) <= low).any() or (points.min(axis=0) >= high).any() or not places.is_inside(
+        if (points.max(axis=0) <= low).any() or (points.min(axis=0) >= high).any() or not places.is_beside(
                 np.concatenate([points, *([np.array(more)] if more else [])]), room).any():
             elsewhere += 1
             continue
@@ -101,7 +100,7 @@ def _is_box(faces: list[ImportedFace], low: np.ndarray, high: np.ndarray) -> boo
     return bool((np.abs(total - sides[:, None]) < 1e-5 * sides[:, None]).all())
 
 
-def luminaire_tables(draft: Draft, lamps: Iterable[ImportedLamp], room: Room) -> list[dict]:
+def luminaire_tables(draft: Draft, lamps: Iterable[ImportedLamp], room: places.Interior) -> list[dict]:
     """Tables of the luminaires in the room; those in the void over its ceiling are moved down to it."""
     turn, tables, elsewhere = draft.shape.turn, [], 0
     for lamp in lamps:
@@ -123,7 +122,7 @@ def luminaire_tables(draft: Draft, lamps: Iterable[ImportedLamp], room: Room) ->
     return tables
 
 
-def _under_the_ceiling(center: np.ndarray, room: Room) -> np.ndarray | None:
+def _under_the_ceiling(center: np.ndarray, room: places.Interior) -> np.ndarray | None:
     """Place (3,) in a room of a luminaire with centre (3,): up to 0.6 m above the ceiling it is moved to the
     ceiling.
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.scene.imports import places
-from renderer.scene.imports.choice import renamed_finishes, rooms_and_things
+from renderer.scene.imports.choice import one_room, renamed_finishes, rooms_and_things
 from renderer.scene.imports.draft import Draft, Written
 from renderer.scene.imports.obj_text import obj_text
 from renderer.scene.imports.record import (
@@ -18,7 +18,7 @@ from renderer.scene.imports.record import (
     Space,
     Thing,
 )
-from renderer.scene.imports.shape import assumed, shape_of, upright, with_finishes
+from renderer.scene.imports.shape import assumed, finishes_by_kind, shape_of, upright, with_finishes
 from renderer.scene.imports.tables import luminaire_tables, object_tables
 from renderer.scene.imports.toml_text import clean, toml_key, toml_table
 from renderer.scene.reading import load
@@ -26,36 +26,40 @@ from renderer.scene.room import Room
 from renderer.system.files import whole_file
 
 
-def write_scene(found: Imported, target: Path, chosen: str | None = None) -> Written:
+def write_scene(found: Imported, target: Path, chosen: str | None = None,
+                inside: np.ndarray | None = None) -> Written:
     """Write a scene of one room of a file. Raises InputError.
 
     target : the scene file
     chosen : the room's name; None for the first of the five most likely rooms that makes a scene: rooms with
         lamps before rooms with furniture, larger ones first
+    inside : (3,) [m] a place in the room, in the file's coordinates with z up; else None
     """
     found = renamed_finishes(found)
-    spaces, things, notes = rooms_and_things(found, chosen)
+    every, things, notes = rooms_and_things(found)
+    spaces = one_room(every, chosen, inside) or every
     refused: list[InputError] = []
     for space in spaces[:5]:
-        written = Written([], space.name, sorted(each.name for each in found.spaces or spaces),
+        written = Written([], space.name, sorted(each.name for each in every),
                           list(found.not_carried),
                           [*found.notes, *notes, *(str(fault) for fault in refused)])
         try:
-            return _write(found, space, things, target, written)
+            return _write(found, space, things if space.things is None else space.things, target, written)
         except InputError as fault:
             refused.append(fault)
     raise refused[0]
 
 
 def _write(found: Imported, space: Space, things: list[Thing], target: Path, written: Written) -> Written:
-    faces, kinds = with_finishes(space.faces)
-    finishes = {**found.finishes, **{
+    faces, kinds = with_finishes(space.faces, space.air)
+    finishes = {**found.finishes, **finishes_by_kind(faces, found.finishes, space.air), **{
         assumed(kind): ImportedFinish(assumed(kind), ASSUMED_REFLECTANCES[kind]) for kind in kinds}}
     if kinds:
         written.notes.append("The file gives no reflectance for some of " + ", ".join(kinds) + ": "
                              + ", ".join(f"{ASSUMED_REFLECTANCES[kind]:g}" for kind in kinds) + " is assumed")
-    draft = Draft(target, shape_of(faces), finishes, written)
+    draft = Draft(target, shape_of(faces, space.air), finishes, written)
     room_table, room = _room(draft, faces, found.title)
+    room = places.Interior.of(room, space.air, draft.shape.turn)
     objects = object_tables(draft, things, room)
     lamps = luminaire_tables(draft, found.lamps, room)
     _settled(draft, found.title, room_table, objects, lamps, room)
@@ -76,7 +80,8 @@ def _room_table(draft: Draft) -> dict:
         return {"outline": [list(point) for point in shape.outline], "height": shape.height,
                 "floor": names["floor"], "ceiling": names["ceiling"], "walls": common,
                 "surfaces": own or None}
-    return {"mesh": draft.beside("room.obj", obj_text(shape.faces)), "up": "z", "units": "m"}
+    return {"mesh": draft.beside("room.obj", obj_text(shape.faces)), "up": "z", "units": "m",
+            "inside": None if shape.inside is None else list(shape.inside)}
 
 
 def _room(draft: Draft, faces: list[ImportedFace], title: str) -> tuple[dict, Room]:
@@ -87,7 +92,7 @@ def _room(draft: Draft, faces: list[ImportedFace], title: str) -> tuple[dict, Ro
     try:
         return _read(draft, title)
     except InputError as refused:
-        fault, simpler = refused, upright(faces)
+        fault, simpler = refused, None if draft.shape.inside is not None else upright(faces)
     draft.target.unlink()
     if draft.shape.faces and simpler is not None:
         draft.shape = simpler
@@ -113,7 +118,7 @@ def _read(draft: Draft, title: str) -> tuple[dict, Room]:
 
 
 def _settled(draft: Draft, title: str, room_table: dict, objects: list[dict], lamps: list[dict],
-             room: Room) -> None:
+             room: places.Interior) -> None:
     """Write the scene without the objects and luminaires that a load of it refuses, and list these."""
     boxes = np.array([_extent_of(entry, draft) for entry in objects]).reshape(-1, 2, 3)
     spot, apart = places.middle(draft.shape, room)
@@ -147,7 +152,7 @@ def _leave_out(draft: Draft, parts: dict, said: re.Match) -> None:
         draft.written.not_carried.append(f"{gone['name']!r}: {why}")
 
 
-def _meter(spot: np.ndarray, room: Room, boxes: np.ndarray) -> list[dict]:
+def _meter(spot: np.ndarray, room: places.Interior, boxes: np.ndarray) -> list[dict]:
     """A meter on the working plane below a place (3,), or at the nearest place outside things' extents."""
     meter = np.array([*spot[:2], places.height_of_plane(room)])
     if not places.is_inside(meter, room)[0] or places.in_boxes(meter[None], boxes)[0]:

@@ -282,7 +282,9 @@ class _Builder:
                                               self.vertex_surface, self.twin))
         covered = ~np.concatenate(self.exposed)
         mesh = Mesh(*arrays, covered, obstacles, blockers, shell, solids)
-        covered, partly = covered_by_contact(mesh, faces, self.touch)
+        sides = np.linalg.norm(mesh.corners - np.roll(mesh.corners, 1, axis=1), axis=2)
+        slivers = mesh.area < 10 * self.touch * sides.max(axis=1)  # cut off beside contacts
+        covered, partly = covered_by_contact(replace(mesh, covered=covered | slivers), faces, self.touch)
         group = gathered(mesh.centroid, mesh.normal, mesh.area, mesh.surface, np.concatenate(self.facet),
                          self.patch_size)
         return replace(mesh, covered=covered, partly=partly, group=group)

@@ -1,0 +1,38 @@
+"""Faces of one surface in one plane that lie on each other, as the flush sides of two solids that overlap."""
+
+import numpy as np
+
+from renderer.scene.faces_in_axes import FaceInAxes
+
+SAME_NORMAL = 4e-5
+"""Largest distance between unit normals of faces in one plane."""
+
+
+def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> dict[int, list[int]]:
+    """For each face of a solid, by its number, the earlier faces of its surface, in its plane and facing like
+    it, whose boxes overlap.
+
+    boxes : (n, 2, 3) [m] lowest and highest corners of the faces
+    off : [m] distance between planes that are one
+    """
+    from scipy.spatial import KDTree
+
+    some = np.array([k for k, face in enumerate(faces) if face.shell >= 0], dtype=int)
+    surface = np.array([faces[k].surface for k in some])
+    counts = np.bincount(surface, minlength=1)
+    some = some[counts[surface] > 1]
+    if len(some) < 2:
+        return {}
+    normal = np.array([faces[k].normal for k in some])
+    height = np.einsum("ki,ki->k", np.array([faces[k].origin for k in some]), normal)
+    surface = np.array([faces[k].surface for k in some], dtype=float)
+    # Within 1 of each other along each of five coordinates.
+    near = np.column_stack([normal / SAME_NORMAL, height / (2 * off), 4 * surface])
+    pairs = some[KDTree(near).query_pairs(1.0, p=np.inf, output_type="ndarray")]
+    one, other = pairs.min(axis=1), pairs.max(axis=1)
+    overlap = (boxes[one, 0] <= boxes[other, 1] + off) & (boxes[one, 1] >= boxes[other, 0] - off)
+    overlap = overlap.all(axis=1)
+    found: dict[int, list[int]] = {}
+    for earlier, later in zip(one[overlap].tolist(), other[overlap].tolist(), strict=True):
+        found.setdefault(later, []).append(earlier)
+    return found
