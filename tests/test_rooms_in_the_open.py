@@ -5,6 +5,7 @@ import pytest
 import trimesh
 
 import renderer
+from renderer.records.escape import through_gaps
 from renderer.records.json_records import escaped
 from renderer.scene.room import winding
 
@@ -58,13 +59,27 @@ def test_walls_that_run_past_floor_and_ceiling(room):
     agree(read(room(sheets(FLOOR, CEILING, *walls(-0.1, 2.8))))[0], read(room(BOX))[0])
 
 
-def test_walls_a_millimetre_apart_say_what_gets_through(room):
-    reading, solution = read(room(sheets(FLOOR, CEILING, *walls(0.001, 2.699, gap=0.001))))
+def test_gaps_of_a_millimetre_are_closed_and_say_what_they_would_let_through(room):
+    scene = room(sheets(FLOOR, CEILING, *walls(0.001, 2.699, gap=0.001)))
+    assert "gaps of up to 1.4 mm between its faces are closed" in scene.files[0]
+    reading, solution = read(scene)
     agree(reading, read(room(BOX))[0])
-    (hole,) = escaped(solution)
-    # A gap of 1 mm along 2 (5 + 4) m at floor and ceiling and 4 · 2.7 m at the corners, 2 mm there, of some
+    # A gap of 1 mm along 2 (5 + 4) m at floor and ceiling and 4 · 2.7 m at the corners, 1.4 mm there, of some
     # 85 m²: that share of the 2000 lm that meet surfaces at ρ = 0.5, to within how evenly they do.
-    assert 0.3 < hole["escaping_lm"] / (2000 * (36 + 4 * 2.7) * 1e-3 / 85) < 2
+    assert 0.3 < through_gaps(solution) / (2000 * (36 + 4 * 2.7 * 1.4) * 1e-3 / 85) < 2
+    (hole,) = escaped(solution)
+    assert hole["escaping_lm"] < 1e-5 * 1000
+
+
+def test_gaps_between_solids_are_closed(room):
+    thick = [trimesh.creation.box(bounds=bounds) for bounds in (
+        [[-.2, -.2, -.3], [5.2, 4.2, 0]], [[-.2, -.2, 2.7], [5.2, 4.2, 3]],
+        [[-.2, -.2, .001], [0, 4.2, 2.699]], [[5, -.2, .001], [5.2, 4.2, 2.699]],
+        [[.001, -.2, .001], [4.999, 0, 2.699]], [[.001, 4, .001], [4.999, 4.2, 2.699]])]
+    reading, solution = read(room(trimesh.util.concatenate(thick)))
+    agree(reading, read(room(BOX))[0])
+    assert through_gaps(solution) > 0
+    assert escaped(solution)[0]["escaping_lm"] < 1e-5 * 1000
 
 
 @pytest.mark.parametrize("lamp", [LAMP, PANEL], ids=["point", "panel on the slab"])

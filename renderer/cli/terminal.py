@@ -134,6 +134,8 @@ def show_files(scene) -> None:
 
 def show_laws(solutions: list) -> None:
     """Print on stdout the errors of closure, reciprocity and energy balance, once for each geometry."""
+    from renderer.records.escape import through_gaps
+
     said = []
     for solution in solutions:
         transport = solution.transport
@@ -146,6 +148,9 @@ def show_laws(solutions: list) -> None:
         tell(f"{names}: {transport.mesh.count} patches, {transport.rays} rays; errors of closure "
               f"{transport.exchange.closure_error:.1e}, reciprocity "
               f"{transport.exchange.reciprocity_error:.1e}, energy balance {balance:.1e}")
+        for s in shared:
+            if (lumens := through_gaps(s)) is not None:
+                tell(f"{s.scene.title}: the gaps that are closed would let {lumens:.2g} lm through")
 
 
 def show_findings(sentences: list[str]) -> None:

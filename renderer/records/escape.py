@@ -35,6 +35,18 @@ def escapes(solution: Solution, figures: list) -> list[str]:
     return found
 
 
+def through_gaps(solution: Solution) -> float | None:
+    """What gaps between the faces of the room's mesh would let through [lm], had they not been closed; None
+    where there are none."""
+    scene, mesh = solution.scene, solution.transport.mesh
+    strips = [len(scene.room.surfaces) + k for k, body in enumerate(scene.bodies) if body.over_gaps]
+    if not strips:
+        return None
+    patch = np.isin(mesh.surface, strips)
+    areas = solution.transport.exchange.areas[patch]
+    return float(areas @ (solution.irradiance[patch] @ solution.bands.luminous))
+
+
 def loss(solution: Solution, lumens: float) -> float:
     """By how much readings are lower [lx], in the mean of all surfaces, for lumens that get out.
 

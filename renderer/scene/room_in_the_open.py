@@ -13,6 +13,7 @@ import trimesh
 from renderer.errors import InputError
 from renderer.scene.cavities import UNENCLOSED, Cavities, cavities
 from renderer.scene.flat import Parts, flat_parts
+from renderer.scene.gaps import strips_over_gaps
 from renderer.scene.geometry import Rectangle
 from renderer.scene.model_files.heap import Heap, volumes
 from renderer.scene.model_files.model import Model, read_model
@@ -88,7 +89,26 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
             some = faces[rest & (names == name) & ((solid >= 0) == closed)]
             if len(some):
                 bodies.append(Body(name, _mesh(model, some), closed, of_room=True))
+    if around is None:
+        over, sentences = _over_gaps(model, faces, names, scale)
+        bodies, said = bodies + over, said + sentences
     return room, bodies, said
+
+
+def _over_gaps(model: Model, faces: np.ndarray, names: np.ndarray, scale: float
+               ) -> tuple[list[Body], list[str]]:
+    """The strips over gaps between faces, a body for each surface, and a sentence about them."""
+    strips = strips_over_gaps(model.heap.vertices, faces, scale)
+    if not len(strips.face):
+        return [], []
+    bodies, of = [], names[strips.face]
+    for name in dict.fromkeys(of.tolist()):
+        corners = strips.corners[of == name].reshape(-1, 3)
+        index = np.arange(len(corners)).reshape(-1, 4)
+        mesh = trimesh.Trimesh(corners, np.vstack([index[:, [0, 1, 2]], index[:, [0, 2, 3]]]), process=False)
+        bodies.append(Body(name, mesh, closed=False, of_room=True, over_gaps=True))
+    return bodies, [f"{model.file}: gaps of up to {1000 * strips.width.max():.2g} mm between its faces are "
+                    "closed"]
 
 
 def refuse_several(path: Path, units: str | None, up: str | None, where: str, root: Path | None) -> None:

@@ -39,12 +39,14 @@ class Body:
         sheets: without thickness, opaque, the material on both sides
     of_room : whether the body is a wall, slab or other part of the room's own file; luminaires are mounted on
         it
+    over_gaps : whether it closes gaps between the faces of the room's file, which lacks it
     """
 
     name: str
     mesh: trimesh.Trimesh
     closed: bool = True
     of_room: bool = False
+    over_gaps: bool = False
 
     @cached_property
     def parts(self) -> Parts:

@@ -1,0 +1,132 @@
+"""Gaps of millimetres between the faces of a room's mesh, closed by strips from edge to face."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+
+from renderer.scene.model_files.edges import Edges
+
+MAX_GAP_M = 0.005
+"""Widest gap [m] that counts as an inaccuracy of the drawing; in rooms under 5 m a thousandth of the longest
+side."""
+TOUCHING = 1e-6
+"""Distance, relative to the room's longest side, up to which faces touch."""
+SHORTEST_M, SEGMENT_M = 0.03, 0.25
+"""Shortest edge [m] along which gaps are closed, and longest segment [m] that is closed or stays open."""
+MAX_CREASE_COSINE = 0.9
+"""Largest cosine of the angle between normals at an edge of a solid."""
+OVERLAP = 0.05
+"""How far a strip passes the face beyond the gap, relative to the gap's width."""
+MAX_SEGMENTS = 50_000
+
+
+@dataclass(frozen=True)
+class Strips:
+    """Strips that close gaps.
+
+    corners : (k, 4, 3) [m]
+    face : (k,) a face at the edge of each, whose material it takes
+    width : (k,) [m] of the gaps
+    """
+
+    corners: np.ndarray
+    face: np.ndarray
+    width: np.ndarray
+
+
+def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> Strips:
+    """The strips over gaps between faces (k, 3) and edges of others. scale : longest side of the room [m]"""
+    widest = min(MAX_GAP_M, 1e-3 * scale)
+    a, b, face = _edges(vertices, faces)
+    length = np.linalg.norm(b - a, axis=1)
+    long = length > SHORTEST_M
+    a, b, face, length = a[long], b[long], face[long], length[long]
+    counts = np.ceil(length / SEGMENT_M).astype(int)
+    if not len(a) or counts.sum() > MAX_SEGMENTS:
+        return Strips(np.zeros((0, 4, 3)), np.zeros(0, dtype=int), np.zeros(0))
+    edge = np.repeat(np.arange(len(a)), counts)
+    number = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = (number + 0.5) / counts[edge]
+    middle = a[edge] + share[:, None] * (b - a)[edge]
+    target, width = _nearest(middle, a[edge], b[edge], vertices[faces], widest)
+    gap = (width > TOUCHING * scale) & (width <= widest)
+    corners, owner, widths = [], [], []
+    for k in np.unique(edge[gap]):
+        own = np.flatnonzero(edge == k)
+        for run in np.split(own, np.flatnonzero(np.diff(gap[own].astype(int))) + 1):
+            if gap[run[0]]:
+                corners.append(_strip(a[k], b[k], number[run] / counts[k], 1 / counts[k], target[run]))
+                owner.append(face[k])
+                widths.append(width[run].max())
+    strips = Strips(np.array(corners).reshape(-1, 4, 3), np.array(owner, dtype=int), np.array(widths))
+    once = _once(strips)
+    return Strips(strips.corners[once], strips.face[once], strips.width[once])
+
+
+def _once(strips: Strips) -> np.ndarray:
+    """Which strips (k,) are not in the place of an earlier one: both edges of a gap give one."""
+    from scipy.spatial import KDTree
+
+    once = np.ones(len(strips.face), dtype=bool)
+    if len(once):
+        middle = strips.corners.mean(axis=1)
+        pairs = KDTree(middle).query_pairs(0.2 * strips.width.min(), output_type="ndarray")
+        long = np.linalg.norm(strips.corners[:, 1] - strips.corners[:, 0], axis=1)
+        alike = np.abs(long[pairs[:, 0]] / long[pairs[:, 1]] - 1) < 0.01
+        once[pairs[alike].max(axis=1)] = False
+    return once
+
+
+def _edges(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ends (m, 3) and (m, 3) of the open edges and creases of faces, and a face at each (m,)."""
+    edges = Edges(faces)
+    crosses = np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2)))
+    normals = crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
+    one, other, _ = edges.pairs(np.ones(len(faces), dtype=bool))
+    flat = np.abs(np.einsum("ki,ki->k", normals[one], normals[other])) > MAX_CREASE_COSINE
+    _, first = np.unique(edges.edge, return_index=True)
+    inner = np.zeros(edges.count, dtype=bool)
+    sides = np.sort(edges.edge.reshape(-1, 3), axis=1)
+    for k in np.flatnonzero(flat):
+        inner[np.intersect1d(sides[one[k]], sides[other[k]])] = True
+    first = first[~inner]
+    return vertices[edges.start[first]], vertices[edges.end[first]], first // 3
+
+
+def _nearest(points: np.ndarray, a: np.ndarray, b: np.ndarray, corners: np.ndarray, widest: float
+             ) -> tuple[np.ndarray, np.ndarray]:
+    """The nearest place (n, 3) to each of points (n, 3) on triangles (k, 3, 3) without the point's own edge,
+    from a to b (n, 3), and its distance (n,) [m]; inf where none is as near as `widest` [m]."""
+    import shapely
+
+    low, high = corners.min(axis=1) - widest, corners.max(axis=1) + widest
+    tree = shapely.STRtree(shapely.box(*low[:, :2].T, *high[:, :2].T))
+    point, triangle = tree.query(shapely.points(points[:, :2]))
+    near = (points[point, 2] >= low[triangle, 2]) & (points[point, 2] <= high[triangle, 2])
+    point, triangle = point[near], triangle[near]
+    own = np.zeros(len(point), dtype=bool)
+    ends = [(corners[triangle] == end[point][:, None]).all(axis=2).any(axis=1) for end in (a, b)]
+    own = ends[0] & ends[1]
+    point, triangle = point[~own], triangle[~own]
+    place = trimesh.triangles.closest_point(corners[triangle], points[point])
+    distance = np.linalg.norm(place - points[point], axis=1)
+    target, width = np.zeros_like(points), np.full(len(points), np.inf)
+    order = np.lexsort((distance, point))
+    first = order[np.unique(point[order], return_index=True)[1]]
+    target[point[first]], width[point[first]] = place[first], distance[first]
+    return target, np.where(width <= widest, width, np.inf)
+
+
+def _strip(a: np.ndarray, b: np.ndarray, starts: np.ndarray, step: float, target: np.ndarray) -> np.ndarray:
+    """The corners (4, 3) of a strip along an edge from a to b, from the segments that begin at the shares
+    `starts` (n,) to the places (n, 3) across from their middles."""
+    low, high = starts[0], starts[-1] + step
+    middles = starts + step / 2
+    slope = (target[-1] - target[0]) / (middles[-1] - middles[0]) if len(starts) > 1 else b - a
+    far = [target[0] + (x - middles[0]) * slope for x in (low, high)]
+    near = [a + x * (b - a) for x in (low, high)]
+    far = [f + OVERLAP * (f - n) for f, n in zip(far, near, strict=True)]
+    width = max(np.linalg.norm(f - n) for f, n in zip(far, near, strict=True))
+    past = width * (b - a) / np.linalg.norm(b - a)  # over the ends, so that strips meet at corners
+    return np.array([near[0] - past, near[1] + past, far[1] + past, far[0] - past])
