@@ -11,6 +11,7 @@ import renderer
 from renderer.colour.materials import Material
 from renderer.scene.doubts import doubts
 from renderer.scene.scene import Body
+from renderer.scene.triangle_mesh import TriangleMesh, solid_of_shape, translation
 from renderer.solving.plan import make_plan
 from renderer.transport.mesh.build import build_mesh
 
@@ -26,7 +27,7 @@ def box(position, size):
 
 
 def quad(*corners):
-    return trimesh.Trimesh(np.array(corners, dtype=float), [[0, 1, 2], [0, 2, 3]], process=False)
+    return TriangleMesh(np.array(corners, dtype=float), np.array([[0, 1, 2], [0, 2, 3]]))
 
 
 @pytest.fixture
@@ -86,7 +87,8 @@ def test_faces_buried_in_a_third_solid_exchange_no_light(scene):
 def test_a_sphere_sunk_in_the_floor_ends_at_the_floor(scene):
     ball = {**box((1, 1, -0.5), (1, 1, 1)), "name": "ball", "shape": "sphere"}
     areas = exposed_areas(scene(ball))
-    mesh = scene(ball).bodies[0].mesh
+    ours = scene(ball).bodies[0].mesh
+    mesh = trimesh.Trimesh(ours.vertices, ours.faces)
     above = mesh.slice_plane([0, 0, 0], [0, 0, 1])
     assert areas["ball"] == pytest.approx(above.area, rel=1e-6)
     section = mesh.section([0, 0, 1], [0, 0, 0]).to_2D()[0].area
@@ -140,9 +142,9 @@ def test_meters_on_a_sheet_read_the_side_they_face(scene):
 
 
 def test_a_solid_of_two_materials_is_one_solid(scene):
-    crate = trimesh.creation.box(bounds=[[1, 1, 0], [2, 2, 1]])
-    level = np.abs(crate.face_normals[:, 2]) > 0.5
-    halves = [trimesh.Trimesh(crate.vertices, crate.faces[side], process=False) for side in (level, ~level)]
+    crate = solid_of_shape("box", [1, 1, 1]).transformed(translation([1, 1, 0]))
+    level = np.ptp(crate.triangles[..., 2], axis=1) == 0
+    halves = [crate.part(side) for side in (level, ~level)]
     whole = scene(box((1.5, 1.5, 0), (2, 2, 0.5)))
     both = replace(whole, bodies=[*(Body(f"half {k}", half) for k, half in enumerate(halves)), *whole.bodies],
                    materials=[*whole.materials, *whole.materials[:2]])

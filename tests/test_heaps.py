@@ -10,6 +10,7 @@ import renderer
 from renderer.colour.materials import Material
 from renderer.scene.room import nearest, winding
 from renderer.scene.scene import Body
+from renderer.scene.triangle_mesh import TriangleMesh
 from renderer.studies.peers.export import hand_over
 from renderer.studies.peers.mitsuba3 import CannotRun, in_mitsuba, read_all
 
@@ -20,7 +21,7 @@ CLEAR = 0.3
 """No body comes nearer than this to the lamp or a meter [m]."""
 
 
-def solid(random) -> trimesh.Trimesh:
+def solid(random) -> TriangleMesh:
     size = random.uniform(0.3, 1.6, 3)
     mesh = trimesh.creation.icosphere(subdivisions=2, radius=0.5) if random.random() < 0.3 else (
         trimesh.creation.box(extents=[1, 1, 1]))
@@ -28,10 +29,10 @@ def solid(random) -> trimesh.Trimesh:
     mesh.apply_transform(trimesh.transformations.random_rotation_matrix(random.random(3))
                          if random.random() < 0.4 else np.eye(4))
     mesh.apply_translation(random.uniform([0, 0, 0], SIZE - [0, 0, 1]))
-    return mesh
+    return TriangleMesh(np.array(mesh.vertices), np.array(mesh.faces))
 
 
-def sheet(random) -> trimesh.Trimesh:
+def sheet(random) -> TriangleMesh:
     u, v = random.normal(size=(2, 3))
     u /= np.linalg.norm(u)
     v -= (v @ u) * u
@@ -40,7 +41,7 @@ def sheet(random) -> trimesh.Trimesh:
         u, v = np.array([np.linalg.norm(u), 0, 0]), np.array([0, 0, np.linalg.norm(v)])
     corner = random.uniform([0.3, 0.3, 0], SIZE - 0.3) - (u + v) / 2
     corners = [corner, corner + u, corner + u + v, corner + v]
-    return trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False)
+    return TriangleMesh(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]]))
 
 
 def heap(path, seed):

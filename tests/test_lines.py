@@ -21,10 +21,11 @@ from renderer.colour.lamps import (
     power_in_bands,
     spectral_flux,
 )
+from renderer.colour.reference_light import black_body
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, munsell_chips
 from renderer.readings.colorimetry import colour_of, colour_temperature
-from renderer.readings.rendering import black_body, special_indices
+from renderer.readings.rendering import special_indices
 from renderer.studies.spectrum import lamp_record, resolve
 
 FILES = Path(__file__).parent / "files" / "colour"

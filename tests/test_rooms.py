@@ -15,6 +15,7 @@ from renderer.scene.flat import flat_parts, polygon, rectilinear
 from renderer.scene.model_files.model import read_model
 from renderer.scene.room import outline_room, outside
 from renderer.scene.room_from_mesh import mesh_room
+from renderer.scene.triangle_mesh import TriangleMesh
 from renderer.transport.mesh.triangulation import triangulated
 
 L = [[0, 0], [5, 0], [5, 3], [2, 3], [2, 6], [0, 6]]
@@ -231,7 +232,7 @@ def test_cad_triangles_cost_what_the_surface_is_worth():
     vertices = fine.vertices.copy()
     floor = (vertices[:, 2] == 0) & (vertices[:, 0] % 4 > 0) & (vertices[:, 1] % 4 > 0)
     vertices[floor, 0] += np.random.default_rng(0).uniform(-0.12, 0.12, floor.sum())  # stays in the plane
-    parts = flat_parts(trimesh.Trimesh(vertices, fine.faces, process=False))
+    parts = flat_parts(TriangleMesh(vertices, fine.faces))
     assert len(fine.faces) == 3072
     assert (len(parts.rectangles), len(parts.polygons), len(parts.triangles)) == (6, 0, 0)
 

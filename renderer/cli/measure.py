@@ -44,7 +44,6 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     from renderer.solving.refine import solve_until
     from renderer.solving.solution import solve_on
     from renderer.solving.watch import Watch
-    from renderer.studies.grid_files import save_grid
     from renderer.studies.reading_tables import photometer_rows, photometer_tables
     from renderer.system.files import output_folder
 
@@ -67,7 +66,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
                                                            solving.seed, solving.store(), progress, meters,
                                                            watch)
         asked = solving.accuracy or loaded.solver.accuracy
-        files = [file for area in areas for file in save_grid(loaded, solution.bands.name, area, out)]
+        files = _written(loaded, solution.bands.name, areas, out)
         record = solution_record(solution, readings, asked, time.perf_counter() - started, areas)
         if solution.bands.name == "rgb" and not watch.stopped:  # held against 31 bands on the same transport
             beside = solve_on(loaded, loaded.band_set("31"), solution.plan, solution.store,
@@ -84,6 +83,15 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
         show_findings(record.get("finding", []))
     if watch.stopped:
         leave_interrupted(KNOWN_SO_FAR)
+
+
+def _written(scene, bands: str, areas: list, out) -> list:
+    """Paths of the files of the grids."""
+    if not areas:
+        return []
+    from renderer.studies.grid_files import save_grid
+
+    return [file for area in areas for file in save_grid(scene, bands, area, out)]
 
 
 def _spots(scene, at: str | None, normal: str | None) -> list[tuple]:

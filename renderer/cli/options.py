@@ -79,10 +79,13 @@ class Solving:
     def store(self):
         """Where form factors come from: computed, perhaps on a cluster, or kept. Raises InputError."""
         from renderer.solving.transport_store import TransportStore
-        from renderer.studies.cluster import rows_on
         from renderer.system.cache import user_cache
 
-        elsewhere = rows_on(self.scheduler) if self.scheduler is not None else None
+        elsewhere = None
+        if self.scheduler is not None:
+            from renderer.studies.cluster import rows_on
+
+            elsewhere = rows_on(self.scheduler)
         return TransportStore(None if self.no_cache else user_cache(), elsewhere=elsewhere)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from renderer.colour.bands import K_M, BandSet, displayable
 from renderer.colour.nodes import GRID, luminous_at_1_nm, node_weights
+from renderer.colour.reference_light import black_body, phase_of_daylight
 from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, cie_illuminants, d65
 from renderer.errors import InputError
@@ -30,16 +31,11 @@ def illuminant(name: str, where: str) -> Spectrum:
 
 def correlated(cct: float) -> Spectrum:
     """Relative power of daylight (CIE D series) from 4000 K, of a black body below; 360–830 nm."""
-    import colour
-
     if cct < 4000:
-        source = colour.sd_blackbody(cct, colour.SpectralShape(360, 830, 1))
-    else:
-        # The D series was defined with the radiation constant of 1968; colour-science shifts the CCT
-        # accordingly.
-        xy = colour.temperature.CCT_to_xy_CIE_D(cct)
-        source = colour.sd_CIE_illuminant_D_series(xy, shape=colour.SpectralShape(360, 830, 5))
-    return Spectrum(source.wavelengths, source.values / source.values.max())
+        return Spectrum(cie_1931()[0], black_body(cct))
+    # The D series was defined with the radiation constant of 1968.
+    power = phase_of_daylight(cct)[::5]
+    return Spectrum(cie_1931()[0][::5], power / power.max())
 
 
 def power_at_1_nm(spectrum: Spectrum) -> np.ndarray:

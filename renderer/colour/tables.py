@@ -1,7 +1,7 @@
 """The package's tables of spectra (data/README.md), and the command that computes some of them.
 
-`python -m renderer.colour.tables` writes data/cie_1nm.csv and data/cie_illuminants.csv from colour-science,
-and data/munsell_eigenvectors.csv from the measured chips.
+`python -m renderer.colour.tables` writes cie_1nm.csv, cie_illuminants.csv and colour_rendering_1nm.csv.gz in
+data/ from colour-science, and munsell_eigenvectors.csv from the measured chips.
 """
 
 from functools import cache
@@ -100,6 +100,33 @@ def _sprague(values: np.ndarray, steps: int) -> np.ndarray:
     return np.append(between.ravel(), values[-1])
 
 
+def cie_1964() -> np.ndarray:
+    """The CIE 1964 10° observer x̄ȳz̄ (471, 3) at 360–830 nm, 1 nm."""
+    return _rendering()[:, 1:4]
+
+
+def daylight_series() -> np.ndarray:
+    """S0, S1 and S2 of the CIE D series (471, 3) at 360–830 nm, 1 nm, linear between samples of 5 nm (CIE
+    15:2018)."""
+    return _rendering()[:, 4:7]
+
+
+def cri_samples() -> np.ndarray:
+    """Radiance factors (14, 471) of the test colours of CIE 13.3 at 360–830 nm, 1 nm."""
+    return _rendering()[:, 7:21].T
+
+
+def evaluation_samples() -> np.ndarray:
+    """Radiance factors (99, 401) of the colour evaluation samples of ANSI/IES TM-30-18 and CIE 224:2017 at
+    380–780 nm, 1 nm."""
+    return _rendering()[20:421, 21:].T
+
+
+@cache
+def _rendering() -> np.ndarray:
+    return _table("colour_rendering_1nm.csv.gz")
+
+
 @cache
 def alpha_opic_action() -> np.ndarray:
     """α-opic action spectra of CIE S 026:2018 (471, 5) at 360–830 nm, 1 nm: S-cone, M-cone, L-cone, rhodopic,
@@ -149,6 +176,24 @@ def _write_illuminants() -> None:
                header=",".join(["wavelength_nm", *names]), comments="")
 
 
+def _write_rendering() -> None:
+    import colour
+    from colour.quality.cfi2017 import load_TCS_CIE2017
+    from colour.quality.cri import SDS_TCS
+
+    observer = colour.MSDS_CMFS["CIE 1964 10 Degree Standard Observer"]
+    nm, samples = observer.wavelengths, load_TCS_CIE2017(colour.SpectralShape(380, 780, 1)).values
+    basis = colour.colorimetry.SDS_BASIS_FUNCTIONS_CIE_ILLUMINANT_D_SERIES
+    series = [basis[name] for name in ("S0", "S1", "S2")]
+    linear = [np.interp(nm, sd.wavelengths, sd.values)
+              for sd in (*series, *[*SDS_TCS["CIE 1995"].values()][:14])]
+    samples = np.pad(samples, ((20, 50), (0, 0)))
+    names = ["S0", "S1", "S2", *(f"TCS{k:02}" for k in range(1, 15)), *(f"CES{k:02}" for k in range(1, 100))]
+    np.savetxt(DATA / "colour_rendering_1nm.csv.gz", np.column_stack([nm, observer.values, *linear, samples]),
+               fmt="%.7g", delimiter=",", header=",".join(["wavelength_nm,x10_bar,y10_bar,z10_bar", *names]),
+               comments="")
+
+
 def _write_eigenvectors() -> None:
     _, nm, reflectance = munsell_chips()
     # Not centred on the mean: black is then the combination with all coefficients 0.
@@ -161,5 +206,7 @@ def _write_eigenvectors() -> None:
 if __name__ == "__main__":
     _write_cie()
     _write_illuminants()
+    _write_rendering()
     _write_eigenvectors()
-    print(f"wrote cie_1nm.csv, cie_illuminants.csv and munsell_eigenvectors.csv in {DATA}")
+    print(f"wrote cie_1nm.csv, cie_illuminants.csv, colour_rendering_1nm.csv.gz and munsell_eigenvectors.csv "
+          f"in {DATA}")

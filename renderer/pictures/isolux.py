@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from renderer.pictures.charts import new_figure, saved
 from renderer.readings.grid import GridReading
 from renderer.scene.grids import Grid
 from renderer.scene.scene import Scene
+from renderer.scene.triangle_mesh import TriangleMesh
 
 
 def save_isolux(scene: Scene, reading: GridReading, path: Path) -> Path:
@@ -171,8 +171,7 @@ def _draw_room(axes, scene: Scene, grid: Grid, axes_of: np.ndarray) -> None:
     at = grid.corner + 1e-4 * scene.room.scale * inward * axes_of[2]
 
     def cut(shell: np.ndarray) -> np.ndarray:
-        triangles = trimesh.Trimesh(**trimesh.triangles.to_kwargs(shell))
-        return _flat(trimesh.intersections.mesh_plane(triangles, axes_of[2], at), grid, axes_of)
+        return _flat(_section(shell, axes_of[2], at), grid, axes_of)
 
     axes.add_collection(LineCollection(cut(scene.room.shell), colors="black", linewidths=1.6, zorder=5))
     plan = axes_of[2, 2] == 1
@@ -189,7 +188,23 @@ def _draw_room(axes, scene: Scene, grid: Grid, axes_of: np.ndarray) -> None:
         label = None
 
 
-def _footprint(mesh: trimesh.Trimesh) -> list[np.ndarray]:
+def _section(triangles: np.ndarray, normal: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Lines (m, 2, 3) [m] along which a plane through `at` (3,) cuts triangles (k, 3, 3) that have corners on
+    both sides of it."""
+    height = (triangles - at) @ normal
+    above = height >= 0
+    cut = above.any(axis=1) & ~above.all(axis=1)
+    triangles, height, above = triangles[cut], height[cut], above[cut]
+    lone = np.where(above.sum(axis=1) == 1, above.argmax(axis=1), (~above).argmax(axis=1))
+    row, ends = np.arange(len(lone)), []
+    for other in ((lone + 1) % 3, (lone + 2) % 3):
+        share = height[row, lone] / (height[row, lone] - height[row, other])
+        corner = triangles[row, lone]
+        ends.append(corner + share[:, None] * (triangles[row, other] - corner))
+    return np.stack(ends, axis=1)
+
+
+def _footprint(mesh: TriangleMesh) -> list[np.ndarray]:
     """Outlines (k, 2) [m] of a body from above; of one with over 20,000 faces its convex hull."""
     import shapely
 

@@ -5,8 +5,9 @@ from functools import cache
 import numpy as np
 
 from renderer.colour.bands import BandSet
+from renderer.colour.reference_light import black_body
 from renderer.colour.tables import cie_1931
-from renderer.readings.rendering import black_body, colour_rendering, uv_1960
+from renderer.readings.rendering import colour_rendering, uv_1960
 
 MAX_DUV = 0.05
 """Distance from the Planckian locus (Duv) above which a correlated colour temperature has no meaning (CIE
@@ -26,16 +27,18 @@ def _xy(xyz: np.ndarray) -> tuple[float, float] | None:
     return tuple(float(c) for c in xyz[:2] / xyz.sum()) if xyz.sum() > 0 else None
 
 
-@cache
-def _locus(coldest: float = 300.0):
-    """The Planckian locus in CIE 1960 u, v as a cubic spline over 1000 K / T, from an infinite temperature
-    (0) to `coldest` [K], by which the locus is at the spectrum's red end."""
-    from scipy.interpolate import CubicSpline
-
-    inverse = np.concatenate([np.arange(0.0, 0.01, 0.001), np.geomspace(0.01, 1000 / coldest, 600)])
+def _locus(inverse: np.ndarray) -> np.ndarray:
+    """The Planckian locus in CIE 1960 u, v (k, 2) at 1000 K / T (k,); 0 is an infinite temperature."""
     with np.errstate(divide="ignore"):
-        kelvin = 1000 / inverse
-    return CubicSpline(inverse, uv_1960(black_body(kelvin) @ cie_1931()[1]))
+        return uv_1960(black_body(1000 / inverse) @ cie_1931()[1])
+
+
+@cache
+def _knots(coldest: float = 300.0) -> tuple[np.ndarray, np.ndarray]:
+    """1000 K / T (k,) from an infinite temperature (0) to `coldest` [K], by which the locus is at the
+    spectrum's red end, and the locus there (k, 2)."""
+    inverse = np.concatenate([np.arange(0.0, 0.01, 0.001), np.geomspace(0.01, 1000 / coldest, 600)])
+    return inverse, _locus(inverse)
 
 
 def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, float | None]:
@@ -49,19 +52,15 @@ def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, fl
         return None, None
     x, y = xy
     uv = np.array([4 * x, 6 * y]) / (-2 * x + 12 * y + 3)
-    locus = _locus()
-    knots = locus.x
-    near = int(np.argmin(((locus(knots) - uv) ** 2).sum(axis=1)))
+    knots, there = _knots()
+    near = int(np.argmin(((there - uv) ** 2).sum(axis=1)))
     low, high = knots[max(near - 1, 0)], knots[min(near + 1, len(knots) - 1)]
-    golden = (np.sqrt(5) - 1) / 2
-    for _ in range(60):  # golden section: the distance has one minimum between three knots
-        a, b = high - golden * (high - low), low + golden * (high - low)
-        if ((locus(a) - uv) ** 2).sum() < ((locus(b) - uv) ** 2).sum():
-            high = b
-        else:
-            low = a
-    at = (low + high) / 2
-    offset = uv - locus(at)
+    for _ in range(12):  # the distance has one minimum between three knots; each round leaves a quarter
+        inverse = np.linspace(low, high, 9)
+        offsets = uv - _locus(inverse)
+        best = int(np.argmin((offsets**2).sum(axis=1)))
+        low, high = inverse[max(best - 1, 0)], inverse[min(best + 1, 8)]
+    at, offset = inverse[best], offsets[best]
     duv = float(np.copysign(np.linalg.norm(offset), offset[1]))  # as ANSI C78.377 has it
     cct = 1000 / at if at > 1e-12 else np.inf
     white = abs(duv) <= MAX_DUV and MIN_CCT * (1 - 1e-6) <= cct <= MAX_CCT

@@ -9,7 +9,7 @@ from renderer.readings.finding import rgb_error_percent
 from renderer.readings.photometer import stand
 from renderer.readings.uncertainty import Figure, half_widths
 from renderer.scene.grids import Grid
-from renderer.scene.room import INSIDE_TOLERANCE, nearest, outside
+from renderer.scene.room import INSIDE_TOLERANCE, distances, outside
 from renderer.transport.transport import Transport
 
 
@@ -79,11 +79,12 @@ def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
     # Surfaces that stand at more than 60° to the grid are walls.
     flat = np.abs(normals @ grid.normal) > 0.5 * np.linalg.norm(normals, axis=1)
     read &= ~outside(points, transport.room.shell, INSIDE_TOLERANCE * transport.room.scale)
+    if grid.border and not flat.all():
+        some, few = np.flatnonzero(read), max(1, (1 << 16) // len(walls))
+        for part in np.split(some, range(few, len(some), few)):
+            read[part] = distances(points[part], walls[~flat]) >= grid.border * (1 - 1e-9)
     for k in np.flatnonzero(read):
         point = points[k]
-        if grid.border and not flat.all() and nearest(point, walls[~flat])[0] < grid.border * (1 - 1e-9):
-            read[k] = False
-            continue
         try:
             spot = stand(transport, point, grid.normal, where)
             transport.placed[point.tobytes(), grid.normal.tobytes()] = spot

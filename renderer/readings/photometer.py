@@ -75,13 +75,13 @@ def off_surfaces(transport: Transport, position: np.ndarray, facing: np.ndarray)
     """
     mesh = transport.mesh
     height = np.einsum("ki,ki->k", position - mesh.corners[:, 0], mesh.normal)
-    s, t = mesh.inside(np.arange(len(mesh.patches)), position)
+    near = np.flatnonzero((np.abs(height) <= STAND_OFF * mesh.scale) & (transport.exchange.areas > 0))
+    s, t = mesh.inside(near, position)
     edge = 1e-6
     on = (s >= -edge) & (t >= -edge) & np.where(
-        mesh.triangular, s + t <= 1 + edge, (s <= 1 + edge) & (t <= 1 + edge))
-    on &= (np.abs(height) <= STAND_OFF * mesh.scale) & (transport.exchange.areas > 0)
-    along, index = mesh.normal @ facing, np.arange(len(mesh.twin))
-    on &= (mesh.twin < 0) | (along > 0) | ((along == 0) & (index < mesh.twin))
+        mesh.triangular[near], s + t <= 1 + edge, (s <= 1 + edge) & (t <= 1 + edge))
+    along, twin = mesh.normal[near] @ facing, mesh.twin[near]
+    on = near[on & ((twin < 0) | (along > 0) | ((along == 0) & (near < twin)))]
     touched, which = np.unique(np.round(mesh.normal[on], 6), axis=0, return_inverse=True)
     low = np.full(len(touched), np.inf)
     np.minimum.at(low, which.ravel(), height[on])

@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 
 from renderer.scene.doubled import earlier_in_place
 from renderer.scene.faces_in_axes import FaceInAxes
 from renderer.scene.flat import Parts, Polygon, polygon, rectilinear
-from renderer.scene.geometry import Rectangle
+from renderer.scene.geometry import Rectangle, triangle_areas
 from renderer.scene.shells import Shell
 
 OFF_SURFACE = 1e-7
@@ -38,7 +37,7 @@ class Exposed:
         """Area [m²] of which one side at least is exposed."""
         areas = (np.array([np.linalg.norm(np.cross(r.u, r.v)) for r in self.parts.rectangles]),
                  np.array([p.shape.area for p in self.parts.polygons]),
-                 trimesh.triangles.area(self.parts.triangles) if len(self.parts.triangles) else np.zeros(0))
+                 triangle_areas(self.parts.triangles))
         return float(sum(each @ side.any(axis=1) for each, side in zip(areas, self.sides, strict=True)))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from renderer.scene.arrangement import OFF_SURFACE, Arrangement, Exposed
 from renderer.scene.faces_in_axes import faces_of
 from renderer.scene.flat import Parts, flat_parts
+from renderer.scene.geometry import signed_volume
 from renderer.scene.room import Room
 from renderer.scene.shells import Shell, components, has_crowded_edges, solids_of
 
@@ -32,8 +33,7 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
     for solid in range(of_solid.max(initial=-1) + 1):
         own = np.concatenate([piece.triangles for (_, piece), k in zip(pieces, of_solid, strict=True)
                               if k == solid])
-        volume = np.einsum("ki,ki->k", own[:, 0], np.cross(own[:, 1], own[:, 2])).sum()
-        shells.append(Shell(own, 1, -1.0 if volume < 0 else 0.0, crowded=has_crowded_edges(own)))
+        shells.append(Shell(own, 1, -1.0 if signed_volume(own) < 0 else 0.0, crowded=has_crowded_edges(own)))
     fine, alone = sum(len(piece.faces) for _, piece in pieces) > MIN_GROUPED_TRIANGLES, []
     for place, ((index, piece), solid) in enumerate(zip(pieces, of_solid, strict=True)):
         parts = bodies[index].parts if count[index] == 1 else flat_parts(piece)

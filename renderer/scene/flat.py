@@ -7,11 +7,10 @@ polygon, which the mesh divides anew.
 from dataclasses import dataclass, field
 
 import numpy as np
-import trimesh
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
-from renderer.scene.geometry import Rectangle, cross
+from renderer.scene.geometry import Rectangle, cross, triangle_areas
+from renderer.scene.triangle_mesh import TriangleMesh
+from renderer.system.graph import pieces_of_graph
 from renderer.system.lazy import cached_property
 
 COPLANAR_TOLERANCE = 1e-6
@@ -81,7 +80,7 @@ class Parts:
         """Area [m²]."""
         return (sum(np.linalg.norm(cross(r.u, r.v)) for r in self.rectangles)
                 + sum(p.shape.area for p in self.polygons)
-                + trimesh.triangles.area(self.triangles).sum())
+                + triangle_areas(self.triangles).sum())
 
     @cached_property
     def shell(self) -> np.ndarray:
@@ -91,7 +90,7 @@ class Parts:
                                *(p.triangles for p in self.polygons), self.triangles])
 
 
-def flat_parts(mesh: trimesh.Trimesh, scale: float | None = None) -> Parts:
+def flat_parts(mesh: TriangleMesh, scale: float | None = None) -> Parts:
     """The flat parts of a mesh, whatever its tessellation.
 
     scale : longest side [m] of the room or object that the mesh belongs to; None for the mesh's own
@@ -99,9 +98,9 @@ def flat_parts(mesh: trimesh.Trimesh, scale: float | None = None) -> Parts:
     scale = scale or float(np.ptp(mesh.bounds, axis=0).max())
     touch = COPLANAR_TOLERANCE * scale
     group = _coplanar(mesh, touch)
-    every = np.asarray(mesh.triangles)
+    every = mesh.triangles
     # A small triangle without coplanar neighbours is a facet of a curved surface, a large one a polygon.
-    facet = (np.bincount(group)[group] == 1) & (mesh.area_faces < 0.01 * scale**2)
+    facet = (np.bincount(group)[group] == 1) & (mesh.areas < 0.01 * scale**2)
     rectangles, polygons, rest = [], [], [np.flatnonzero(facet)]
     order = np.flatnonzero(~facet)
     order = order[np.argsort(group[order], kind="stable")]
@@ -130,10 +129,11 @@ def flat_parts(mesh: trimesh.Trimesh, scale: float | None = None) -> Parts:
     return Parts(tuple(rectangles), tuple(polygons), every[np.sort(np.concatenate(rest))])
 
 
-def _coplanar(mesh: trimesh.Trimesh, touch: float) -> np.ndarray:
+def _coplanar(mesh: TriangleMesh, touch: float) -> np.ndarray:
     """A number for each face (k,), equal for the faces of one flat part."""
-    one, two = mesh.face_adjacency.T
-    alone = mesh.vertices[mesh.face_adjacency_unshared]
+    pairs, alone = mesh.neighbours
+    one, two = pairs.T
+    alone = mesh.vertices[alone]
     corners = mesh.triangles
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(cross, axis=1)
@@ -152,9 +152,7 @@ def _coplanar(mesh: trimesh.Trimesh, touch: float) -> np.ndarray:
     link = link[np.argsort(-double[large[link]], kind="stable")]
     _, first = np.unique(small[link], return_index=True)
     keep = np.concatenate([np.flatnonzero(same & ~sliver[small]), link[first]])
-    n = len(corners)
-    graph = sparse.coo_array((np.ones(len(keep)), (one[keep], two[keep])), shape=(n, n))
-    return connected_components(graph, directed=False)[1]
+    return pieces_of_graph(len(corners), one[keep], two[keep])
 
 
 def _outlined(triangles: np.ndarray, normal: np.ndarray, area: float, touch: float) -> Polygon | None:
@@ -237,31 +235,15 @@ def _blocks(filled: np.ndarray) -> list[tuple[int, int, int, int]]:
 
 def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> Rectangle | None:
     """The rectangle whose corners are the outermost of coplanar points (k, 3); None where they form none."""
-    points = np.asarray(points)
-    if len(points) == 4:  # the common case, which needs no fit
-        away = points - points[0]
-        far = np.einsum("ki,ki->k", away, away).argmax()
-        u, v = (away[k] for k in range(1, 4) if k != far)
-        length2 = max(u @ u, v @ v)
-        if (abs(u @ v) <= 1e-6 * np.sqrt((u @ u) * (v @ v))
-                and np.abs(u + v - away[far]).max() <= 1e-6 * np.sqrt(length2)):
-            return Rectangle(points[0], *((u, v) if cross(u, v) @ normal > 0 else (v, u)))
-    to_plane = trimesh.geometry.plane_transform(points[0], normal)
-    flat = trimesh.transform_points(points, to_plane)
-    scale = np.ptp(flat, axis=0).max()
-    if abs(flat[:, 2]).max() > 1e-6 * scale:
+    away = points - points[0]
+    corner = points[np.einsum("ki,ki->k", away, away).argmax()]  # farthest from any point: a corner
+    away = points - corner
+    far = away[np.einsum("ki,ki->k", away, away).argmax()]
+    beside = away @ cross(normal, far)
+    u, v = away[beside.argmin()], away[beside.argmax()]
+    lengths = np.sqrt(u @ u), np.sqrt(v @ v)
+    if (abs(u @ v) > 1e-6 * lengths[0] * lengths[1] or np.abs(u + v - far).max() > 1e-6 * max(lengths)
+            or abs(lengths[0] * lengths[1] - area) > 1e-6 * area
+            or np.abs(away @ normal).max() > 1e-6 * max(lengths)):
         return None
-    to_box, extents = trimesh.bounds.oriented_bounds_2D(flat[:, :2])
-    if abs(extents.prod() - area) > 1e-6 * area:
-        return None
-    half = extents / 2
-    box = np.array([[-half[0], -half[1]], [half[0], -half[1]], [half[0], half[1]],
-                    [-half[0], half[1]]])
-    ideal = trimesh.transform_points(box, np.linalg.inv(to_box))
-    # The vertices themselves instead of the fitted corners, so that neighbours meet exactly.
-    near = [np.linalg.norm(flat[:, :2] - corner, axis=1).argmin() for corner in ideal]
-    corners = points[near]
-    u, v = corners[1] - corners[0], corners[3] - corners[0]
-    if cross(u, v) @ normal < 0:
-        u, v = v, u
-    return Rectangle(corners[0], u, v)
+    return Rectangle(corner, u, v)

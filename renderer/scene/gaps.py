@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 
 from renderer.scene.model_files.edges import Edges
 
@@ -99,6 +98,7 @@ def _nearest(points: np.ndarray, a: np.ndarray, b: np.ndarray, corners: np.ndarr
     """The nearest place (n, 3) to each of points (n, 3) on triangles (k, 3, 3) without the point's own edge,
     from a to b (n, 3), and its distance (n,) [m]; inf where none is as near as `widest` [m]."""
     import shapely
+    import trimesh
 
     low, high = corners.min(axis=1) - widest, corners.max(axis=1) + widest
     tree = shapely.STRtree(shapely.box(*low[:, :2].T, *high[:, :2].T))

@@ -1,9 +1,8 @@
-"""Flat rectangles, and solids as trimesh meshes."""
+"""Flat rectangles, and measures of triangles."""
 
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 
 from renderer.system.lazy import cached_property
 
@@ -12,6 +11,34 @@ def cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Cross product (3,) of two vectors: np.cross takes ten times as long for one pair."""
     (a, b, c), (x, y, z) = u.tolist(), v.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+
+
+def triangle_areas(triangles: np.ndarray) -> np.ndarray:
+    """Areas (k,) [m²] of triangles (k, 3, 3) [m]."""
+    a, b, c = np.asarray(triangles).reshape(-1, 3, 3).swapaxes(0, 1)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def distances_of_triangles(triangles: np.ndarray) -> np.ndarray:
+    """Distances (k,) [m] of triangles (k, 3, 3) [m] from the origin: of their planes where the foot of the
+    normal is inside, else of their edges."""
+    sides = np.roll(triangles, -1, axis=1) - triangles
+    length2 = np.einsum("ksi,ksi->ks", sides, sides)
+    along = -np.einsum("ksi,ksi->ks", triangles, sides) / np.where(length2 > 0, length2, 1.0)
+    nearest = triangles + np.clip(along, 0.0, 1.0)[..., None] * sides
+    of_edges = np.linalg.norm(nearest, axis=2).min(axis=1)
+    normal = np.cross(sides[:, 0], sides[:, 1])
+    size = np.linalg.norm(normal, axis=1)
+    inner = np.einsum("ksi,ksi->ks", np.cross(normal[:, None], sides), -triangles)
+    inside = (inner >= 0).all(axis=1) & (size > 0)
+    of_plane = np.abs(np.einsum("ki,ki->k", triangles[:, 0], normal)) / np.where(size > 0, size, 1.0)
+    return np.where(inside, np.minimum(of_plane, of_edges), of_edges)
+
+
+def signed_volume(triangles: np.ndarray) -> float:
+    """Volume [m³] that closed triangles (k, 3, 3) [m] enclose; negative where their normals point inward."""
+    a, b, c = (triangles - triangles.mean(axis=(0, 1))).swapaxes(0, 1)
+    return float(np.einsum("ki,ki->", a, np.cross(b, c)) / 6)
 
 
 @dataclass(frozen=True)
@@ -42,17 +69,3 @@ def rectangle_grid(rectangle: Rectangle, us: np.ndarray, vs: np.ndarray) -> tupl
     index = np.arange(len(us) * len(vs)).reshape(len(us), len(vs))
     patches = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)
     return vertices, patches.reshape(-1, 4)
-
-
-def solid_of_shape(shape: str, size) -> trimesh.Trimesh:
-    """A box, cylinder or sphere of size (3,) [m], outward normals, the lowest corner of its extent at the
-    origin."""
-    if shape == "box":
-        return trimesh.creation.box(bounds=[[0, 0, 0], size])
-    if shape == "cylinder":
-        solid = trimesh.creation.cylinder(radius=0.5, height=1.0, sections=48)
-    else:
-        solid = trimesh.creation.icosphere(subdivisions=3, radius=0.5)
-    solid.apply_translation([0.5, 0.5, 0.5])
-    solid.apply_scale(size)
-    return solid

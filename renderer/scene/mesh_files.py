@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from renderer.scene.model_files.read import read_polygons
 from renderer.scene.model_files.triangulate import triangles_of_polygons
@@ -40,6 +39,7 @@ def read_mesh(path: Path, where: str, units: str | None = None, up: str | None =
 
 def merged(mesh: LabelledMesh) -> LabelledMesh:
     """The mesh with coinciding vertices merged, without faces of no area and without repeated faces."""
+    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
     scale = np.ptp(mesh.vertices[mesh.faces], axis=(0, 1)).max() or 1.0
@@ -123,6 +123,8 @@ def crowded_edges(faces: np.ndarray) -> np.ndarray:
 def oriented(mesh: LabelledMesh) -> tuple[LabelledMesh, np.ndarray]:
     """The mesh with one winding in each connected body, outward for closed bodies; and the body of each face
     (k,)."""
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
     faces = mesh.faces.copy()
     sides, edge = _sides(faces)
     order = np.argsort(edge, kind="stable")

@@ -7,7 +7,7 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, Polygon
-from renderer.scene.geometry import Rectangle
+from renderer.scene.geometry import Rectangle, cross
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.luminaires.measured import Measured
 
@@ -66,12 +66,17 @@ class Placement:
 
 def place_luminaires(scene: "Scene") -> Placement:
     """Place luminaires against the surfaces of their room. Raises InputError."""
-    placed = [seated(scene, stand_off(scene, luminaire)) for luminaire in scene.luminaires]
+    known = [mounting(scene, luminaire, 0) for luminaire in scene.luminaires]
+    placed = [seated(scene, luminaire if mounted or luminaire.is_point else stand_off(scene, luminaire))
+              for luminaire, mounted in zip(scene.luminaires, known, strict=True)]
     mountings, free = [], []
     for index, surface in enumerate(scene.surfaces):
         if surface.luminaire is not None:
-            found = mounting(scene, placed[surface.luminaire], index)
+            one = surface.luminaire
+            same = placed[one] is scene.luminaires[one]
+            found = known[one] if same else mounting(scene, placed[one], index)
             if found is not None:
+                found = replace(found, surface=index)
                 mountings.append(found)
             else:
                 free.append((index, placed[surface.luminaire]))
@@ -131,7 +136,7 @@ def _gap_to(parts: Parts, luminaire: Luminaire, near: float, touch: float) -> tu
 
 
 def _aligned(lamp: Rectangle, face: Rectangle) -> bool:
-    return min(np.linalg.norm(np.cross(lamp.u, edge)) / np.linalg.norm(edge)
+    return min(np.linalg.norm(cross(lamp.u, edge)) / np.linalg.norm(edge)
                for edge in (face.u, face.v)) < CONTACT_TOLERANCE * np.linalg.norm(lamp.u)
 
 
@@ -146,14 +151,12 @@ def _overlap(lamp: Rectangle, face: Rectangle) -> float:
 
 
 def stand_off(scene: "Scene", luminaire: Luminaire) -> Luminaire:
-    """A luminaire that touches a wall without being mounted (it extends beyond an edge), as a sheet before
-    the wall.
+    """A luminaire that is not mounted but touches a wall (it extends beyond an edge), as a sheet before the
+    wall.
 
     It is moved off the wall by more than the rays' tolerance. Raises InputError for a luminaire that faces
     the wall.
     """
-    if luminaire.is_point or mounting(scene, luminaire, 0) is not None:
-        return luminaire
     shift, off = np.zeros(3), SHEET_DISTANCE * scene.room.scale
     for _, parts in _structure(scene):
         for face in (*parts.rectangles, *parts.polygons):

@@ -6,14 +6,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from renderer.colour.materials import Material
 from renderer.errors import InputError
-from renderer.scene.geometry import solid_of_shape
 from renderer.scene.model_files.model import Model, read_model
 from renderer.scene.scene import Body
 from renderer.scene.schema import ObjectTable
+from renderer.scene.triangle_mesh import TriangleMesh, rotation, solid_of_shape, transformed, translation
 
 Used = Callable[[str, str], Material]
 """Function from a material's name and its key in the file to the scene's material. Raises InputError."""
@@ -42,8 +41,8 @@ def place_object(entry: ObjectTable, where: str, folder: Path, used: Used, upsam
     """
     if entry.mesh is None:
         solid = solid_of_shape(entry.shape, entry.size)
-        solid.apply_transform(_turn(entry, solid.bounds))
-        return PlacedObject([Body(entry.name, solid)], [used(entry.material, f"{where}.material")])
+        body = Body(entry.name, solid.transformed(_turn(entry, solid.bounds)))
+        return PlacedObject([body], [used(entry.material, f"{where}.material")])
     model = read_model(folder / entry.mesh, f"{where}.mesh", entry.scale or 1.0, entry.units, entry.up,
                        folder)
     groups = _by_material(entry, model, where, used, upsampling)
@@ -51,15 +50,13 @@ def place_object(entry: ObjectTable, where: str, folder: Path, used: Used, upsam
     group = np.empty(len(model.names), dtype=int)
     for index, (_, _, parts) in enumerate(groups):
         group[parts] = index
-    vertices = trimesh.transform_points(model.heap.vertices, turn)
+    whole = TriangleMesh(transformed(model.heap.vertices, turn), model.heap.faces)
     kind = 2 * group[model.heap.part] + (model.heap.solid < 0)
     order = np.argsort(kind, kind="stable")
     for faces in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
         label, material, _ = groups[kind[faces[0]] // 2]
-        mesh = trimesh.Trimesh(vertices, model.heap.faces[faces], process=False)
-        mesh.remove_unreferenced_vertices()
         name = f"{entry.name}: {label}" if len(groups) > 1 and label else entry.name
-        found.bodies.append(Body(name, mesh, closed=bool(kind[faces[0]] % 2 == 0)))
+        found.bodies.append(Body(name, whole.part(faces), closed=bool(kind[faces[0]] % 2 == 0)))
         found.materials.append(material)
     found.said.extend(colours_said(model.file, [material for _, material, _ in groups]))
     return found
@@ -73,12 +70,11 @@ def _turn(entry: ObjectTable, bounds: np.ndarray) -> np.ndarray:
     anchor = entry.anchor or ("origin" if entry.mesh else "corner")
     low, high = bounds
     place = {"corner": low, "origin": np.zeros(3), "base": np.array([*(low + high)[:2] / 2, low[2]])}[anchor]
-    matrix = trimesh.transformations.translation_matrix(-place)
+    matrix = translation(-place)
     angles = entry.rotation if isinstance(entry.rotation, tuple) else (0.0, 0.0, entry.rotation)
-    for angle, axis in zip(angles, np.eye(3), strict=True):
-        turn = trimesh.transformations.rotation_matrix(np.radians(angle), axis)
-        matrix = (np.rint(turn) if angle % 90 == 0 else turn) @ matrix
-    return trimesh.transformations.translation_matrix(entry.position) @ matrix
+    for axis, angle in enumerate(angles):
+        matrix = rotation(angle, axis) @ matrix
+    return translation(entry.position) @ matrix
 
 
 def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsampling: str

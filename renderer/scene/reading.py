@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from pydantic import ValidationError
 
 from renderer.colour.materials import Material, srgb_to_linear
@@ -35,6 +34,7 @@ from renderer.scene.scene import STAND_OFF, Body, Scene
 from renderer.scene.schema import MaterialTable, SceneTable
 from renderer.scene.schema_faults import explain
 from renderer.scene.surface_names import FACINGS
+from renderer.scene.triangle_mesh import TriangleMesh, joined, with_halved_sides
 from renderer.scene.values import plain_table, table_with
 from renderer.system.input_files import is_regular_file, parse_toml, read_input, remembered
 from renderer.system.text import quoted
@@ -166,7 +166,7 @@ def _resolve(table: SceneTable, path: Path) -> Scene:
     for index, entry in enumerate(table.objects):
         where = f"{path}: objects[{index}]"
         placed = place_object(entry, where, path.parent, used, table.solver.upsampling)
-        mesh = trimesh.util.concatenate([body.mesh for body in placed.bodies])
+        mesh = joined([body.mesh for body in placed.bodies])
         low, high = mesh.bounds
         thin = 2 * STAND_OFF * float(size.max())
         if (high - low).min() < thin and entry.mesh is None:
@@ -267,13 +267,14 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names if len(names) <= 8 else [*names[:4], "…", names[-1]])
 
 
-def _apart(object_: trimesh.Trimesh, room: Room, on: float) -> bool:
+def _apart(object_: TriangleMesh, room: Room, on: float) -> bool:
     """Whether no place on an object is in a room, for bounds that overlap; places as near to its surface as
     `on` [m], as those of a rug, are in it."""
     vertices, faces = object_.vertices, object_.faces
-    if (winding(vertices[:1], room.shell) >= 0.5).any():
-        return False
+    for some in (vertices[:1], vertices[:64], object_.triangles[:64].mean(axis=1)):
+        if (winding(some, room.shell) >= 0.5).any():
+            return False
     while len(faces) < 200:
-        vertices, faces = trimesh.remesh.subdivide(vertices, faces)
+        vertices, faces = with_halved_sides(vertices, faces)
     points = np.concatenate([vertices, vertices[faces].mean(axis=1)])
     return bool(outside(points, room.shell, on).all())

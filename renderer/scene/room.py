@@ -3,11 +3,10 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-import trimesh
 
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, polygon, rectilinear
-from renderer.scene.geometry import Rectangle
+from renderer.scene.geometry import Rectangle, distances_of_triangles
 from renderer.system.lazy import cached_property
 
 INSIDE_TOLERANCE = 2e-6
@@ -194,17 +193,12 @@ def distances(points: np.ndarray, shell: np.ndarray) -> np.ndarray:
     if not len(points):
         return np.zeros(0)
     apart = (shell - points[:, None, None]).reshape(-1, 3, 3)
-    size = np.abs(apart).max(initial=1e-300)  # as in `nearest`
-    on = trimesh.triangles.closest_point(apart / size, np.zeros((len(apart), 3)))
-    return np.linalg.norm(on, axis=1).reshape(len(points), -1).min(axis=1) * size
+    return distances_of_triangles(apart).reshape(len(points), -1).min(axis=1)
 
 
 def nearest(point: np.ndarray, shell: np.ndarray) -> tuple[float, int]:
     """Distance [m] from a point (3,) to a surface (m, 3, 3), and the index of the nearest triangle."""
-    apart = shell - point
-    size = np.abs(apart).max()  # trimesh's tolerances are absolute lengths: a room of 1 mm needs this
-    on = trimesh.triangles.closest_point(apart / size, np.zeros((len(shell), 3)))
-    distance = np.linalg.norm(on, axis=1) * size
+    distance = distances_of_triangles(shell - point)
     return float(distance.min()), int(distance.argmin())
 
 

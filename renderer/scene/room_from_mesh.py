@@ -4,7 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from renderer.errors import InputError
 from renderer.scene.flat import flat_parts
@@ -20,6 +19,7 @@ from renderer.scene.mesh_files import (
 )
 from renderer.scene.room import INSIDE_TOLERANCE, Opening, Room, outside, spelt
 from renderer.scene.surface_names import FACINGS, surface_names
+from renderer.scene.triangle_mesh import TriangleMesh
 
 
 def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
@@ -51,7 +51,7 @@ def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], m
     scale = float(np.ptp(mesh.vertices[mesh.faces], axis=(0, 1)).max())
     surfaces = {}
     for name in sorted(set(surface.tolist()), key=order.index):
-        piece = trimesh.Trimesh(mesh.vertices, mesh.faces[surface == name], process=False)
+        piece = TriangleMesh(mesh.vertices, mesh.faces[surface == name])
         surfaces[name] = flat_parts(piece, scale)
     holes = [Opening(name, surfaces[name].shell.mean(axis=(0, 1)), float(surfaces[name].area))
              for name in openings if name in surfaces]

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from renderer.errors import InputError
 from renderer.scene.cavities import UNENCLOSED, Cavities, cavities
@@ -29,6 +28,7 @@ from renderer.scene.room import (
 )
 from renderer.scene.scene import Body
 from renderer.scene.surface_names import FACINGS, surface_names
+from renderer.scene.triangle_mesh import TriangleMesh
 
 ON_SURFACE = 0.4
 """Least winding number of a solid about a place in it or on its surface."""
@@ -72,7 +72,7 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
     names, colours = _names(model, faces, named, materials, painted)
     if around is not None:
         own = solid == around
-        room = Room({name: flat_parts(_mesh(model, faces[own & (names == name)]), scale)
+        room = Room({name: flat_parts(_part(model, faces[own & (names == name)]), scale)
                      for name in dict.fromkeys(names[own].tolist())}, colours=colours)
         rest = ~own & ((solid < 0) | np.isin(solid, solid[_within(corners, room.shell)]))
         _refuse_crossed(corners[own], corners[rest & (solid >= 0)], places, f"{where}: {model.file}")
@@ -88,7 +88,7 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
         for closed in (True, False):
             some = faces[rest & (names == name) & ((solid >= 0) == closed)]
             if len(some):
-                bodies.append(Body(name, _mesh(model, some), closed, of_room=True))
+                bodies.append(Body(name, _part(model, some), closed, of_room=True))
     if around is None:
         over, sentences = _over_gaps(model, faces, names, scale)
         bodies, said = bodies + over, said + sentences
@@ -105,7 +105,7 @@ def _over_gaps(model: Model, faces: np.ndarray, names: np.ndarray, scale: float
     for name in dict.fromkeys(of.tolist()):
         corners = strips.corners[of == name].reshape(-1, 3)
         index = np.arange(len(corners)).reshape(-1, 4)
-        mesh = trimesh.Trimesh(corners, np.vstack([index[:, [0, 1, 2]], index[:, [0, 2, 3]]]), process=False)
+        mesh = TriangleMesh(corners, np.vstack([index[:, [0, 1, 2]], index[:, [0, 2, 3]]]))
         bodies.append(Body(name, mesh, closed=False, of_room=True, over_gaps=True))
     return bodies, [f"{model.file}: gaps of up to {1000 * strips.width.max():.2g} mm between its faces are "
                     "closed"]
@@ -179,10 +179,8 @@ def _open_share(place: np.ndarray, corners: np.ndarray, count: int = 256) -> flo
     return float(np.isinf(free_lengths(place, directions, corners)).mean())
 
 
-def _mesh(model: Model, faces: np.ndarray) -> trimesh.Trimesh:
-    mesh = trimesh.Trimesh(model.heap.vertices, faces, process=False)
-    mesh.remove_unreferenced_vertices()
-    return mesh
+def _part(model: Model, faces: np.ndarray) -> TriangleMesh:
+    return TriangleMesh(model.heap.vertices, faces).part(np.arange(len(faces)))
 
 
 def _enclosing(corners: np.ndarray, solid: np.ndarray, places: np.ndarray) -> int | None:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from renderer.colour.bands import BandSet, band_set, prefiltered
 from renderer.colour.lamps import band_flux, band_watts, for_lamps, mean_light, power_at_1_nm
@@ -22,6 +21,7 @@ from renderer.scene.mounting import Placement, place_luminaires
 from renderer.scene.project import ProjectTable, RequirementTable
 from renderer.scene.room import Room
 from renderer.scene.schema import SolverTable
+from renderer.scene.triangle_mesh import TriangleMesh
 from renderer.system.input_files import OpenedFile
 from renderer.system.lazy import cached_property
 
@@ -43,7 +43,7 @@ class Body:
     """
 
     name: str
-    mesh: trimesh.Trimesh
+    mesh: TriangleMesh
     closed: bool = True
     of_room: bool = False
     over_gaps: bool = False
@@ -169,14 +169,20 @@ class Scene:
 
     def watts(self, bands: BandSet) -> np.ndarray:
         """Power (n_luminaires, n_bands) [W] of each luminaire in each interval of wavelengths."""
-        rows = [band_watts(lamp, lum.lumens, bands)
+        of_a_lumen = {id(lamp): lamp for lamp in self.lamps}
+        of_a_lumen = {key: band_watts(lamp, 1.0, bands) for key, lamp in of_a_lumen.items()}
+        rows = [lum.lumens * of_a_lumen[id(lamp)]
                 for lum, lamp in zip(self.luminaires, self.lamps, strict=True)]
         return np.array(rows).reshape(len(rows), len(bands.xyz))
 
     def flux(self, bands: BandSet) -> np.ndarray:
         """Flux (n_luminaires, n_bands) of each luminaire in each band, in the band set's unit; lumens are
         exact."""
-        rows = [band_flux(lamp, lum.lumens, bands, f"{self.path}: luminaires {lum.name!r}")
+        of_a_lumen: dict[int, np.ndarray] = {}  # by spectrum, since a hundred luminaires may share one
+        for lum, lamp in zip(self.luminaires, self.lamps, strict=True):
+            if id(lamp) not in of_a_lumen:
+                of_a_lumen[id(lamp)] = band_flux(lamp, 1.0, bands, f"{self.path}: luminaires {lum.name!r}")
+        rows = [lum.lumens * of_a_lumen[id(lamp)]
                 for lum, lamp in zip(self.luminaires, self.lamps, strict=True)]
         return np.array(rows).reshape(len(rows), len(bands.xyz))
 

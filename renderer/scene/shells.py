@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from renderer.scene.room import winding
+from renderer.scene.triangle_mesh import TriangleMesh
+from renderer.system.graph import pieces_of_graph
 
 MAX_PLANES = 64
 """Triangles of a convex room up to which places are compared with each of its planes."""
@@ -52,13 +51,12 @@ class Shell:
         return np.rint(1 - turns if self.sign < 0 else -turns)
 
 
-def components(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
+def components(mesh: TriangleMesh) -> list[TriangleMesh]:
     """The connected pieces of a mesh, which share no edge."""
-    labels = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    labels = pieces_of_graph(len(mesh.faces), *mesh.neighbours[0].T)
     if labels.max(initial=0) == 0:
         return [mesh]
-    return [trimesh.Trimesh(mesh.vertices, mesh.faces[labels == k], process=False)
-            for k in range(labels.max() + 1)]
+    return [TriangleMesh(mesh.vertices, mesh.faces[labels == k]) for k in range(labels.max() + 1)]
 
 
 def has_crowded_edges(triangles: np.ndarray) -> bool:
@@ -68,7 +66,7 @@ def has_crowded_edges(triangles: np.ndarray) -> bool:
     return bool(np.unique(sides, axis=0, return_counts=True)[1].max() > 2)
 
 
-def solids_of(pieces: list[trimesh.Trimesh | None]) -> np.ndarray:
+def solids_of(pieces: list[TriangleMesh | None]) -> np.ndarray:
     """Number of the solid (k,) that each piece of a closed body belongs to, −1 for None.
 
     Pieces of several materials that meet at their open edges are one solid.
@@ -77,14 +75,12 @@ def solids_of(pieces: list[trimesh.Trimesh | None]) -> np.ndarray:
     for index, piece in enumerate(pieces):
         if piece is None:
             continue
-        alone = trimesh.grouping.group_rows(piece.edges_sorted, require_count=1)
-        for ends in piece.vertices[piece.edges_sorted[alone]]:
+        for ends in piece.vertices[piece.open_edges]:
             key = tuple(sorted(tuple(end) for end in ends))
             links.append((at.setdefault(key, index), index))
     asked = [index for index, piece in enumerate(pieces) if piece is not None]
     one, other = np.array(links, dtype=int).reshape(-1, 2).T
-    graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(len(pieces), len(pieces)))
-    group = connected_components(graph, directed=False)[1] if pieces else np.zeros(0, dtype=int)
+    group = pieces_of_graph(len(pieces), one, other)
     solid = np.full(len(pieces), -1)
     solid[asked] = np.unique(group[asked], return_inverse=True)[1]
     return solid

@@ -21,6 +21,8 @@ FIRST_SHARE = 0.5
 more."""
 MIN_PATHS, MAX_PATHS = 32, 1 << 15
 """Fewest and most paths of a meter in each replica."""
+FEW_PATHS = 1000
+"""Paths of a meter in each replica that take less time than a round."""
 SAMPLING_SHARE = 0.8
 """Share of the error asked that sampling may have."""
 MAX_PATH_STEPS = 6
@@ -180,6 +182,8 @@ def _next(paths: np.ndarray, steps: np.ndarray, bars: np.ndarray, narrowed: np.n
 
     as_deep = total(lasting2, narrowest)
     deep = np.maximum(total(left_by_step**2 * lasting2, SAMPLING_SHARE), MIN_PATHS)
+    # Of many only half, since deeper paths may vary less; a further round follows where that is too few.
+    deep = np.where(deep < FEW_PATHS, deep, deep / 2)
     more = np.maximum(as_deep - paths, MIN_PATHS)
     enough = (lasting2 < (1 - narrowest**2) * limit**2) & (as_deep <= 2 * MAX_PATHS)
     dear = more * (1 + steps) > deep * (2 + steps)
@@ -196,7 +200,9 @@ def paths_needed(asked: float | np.ndarray) -> float | np.ndarray:
 
 
 def _power_of_two(count: np.ndarray) -> np.ndarray:
-    return 2 ** np.ceil(np.log2(np.clip(count, MIN_PATHS, MAX_PATHS)) - 0.2).astype(int)
+    count = np.clip(count, MIN_PATHS, MAX_PATHS)
+    # Of few paths rather too many than a further round, of many rather too few.
+    return 2 ** np.ceil(np.log2(count) - np.where(count < FEW_PATHS, 0.2, 0.5)).astype(int)
 
 
 def _gathered(transport: Transport, spots: list[MeterPlace], paths: int, round_: int, steps: int) -> Gather:

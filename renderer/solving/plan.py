@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import trimesh
 
 from renderer.errors import InputError
 from renderer.scene.flat import Parts
+from renderer.scene.geometry import triangle_areas
 from renderer.scene.mounting import MAX_MOUNTING_GAP
 from renderer.scene.scene import Scene
 from renderer.transport.factors.method import FormFactorMethod, expected_method
@@ -155,4 +155,4 @@ def _patches(parts: Parts, h: float) -> float:
     """Approximate number of patches of size h [m] that a surface is divided into."""
     count = sum(np.ceil(np.linalg.norm(r.u) / h) * np.ceil(np.linalg.norm(r.v) / h) for r in parts.rectangles)
     count += sum(np.ceil(p.shape.area / h**2) for p in parts.polygons)
-    return float(count + np.maximum(1, trimesh.triangles.area(parts.triangles) / h**2).sum())
+    return float(count + np.maximum(1, triangle_areas(parts.triangles) / h**2).sum())

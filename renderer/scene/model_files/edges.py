@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from renderer.scene.model_files.weld import WELD_DISTANCE
 
@@ -46,6 +45,8 @@ class Edges:
 
 def connected(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Number of the connected set (count,) of each of `count` things, from pairs that are connected."""
+    from scipy.sparse.csgraph import connected_components
+
     graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
     return connected_components(graph, directed=False)[1]
 
@@ -55,6 +56,8 @@ def flips(count: int, one: np.ndarray, other: np.ndarray, agree: np.ndarray) -> 
 
     Of the two ways for a connected set, the one that turns fewer faces is taken.
     """
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
     if agree.all():
         return np.zeros(count, dtype=bool)
     graph = sparse.coo_array((1.0 + ~agree, (one, other)), shape=(count, count)).tocsr()

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from renderer.scene.model_files.read import Polygons
 from renderer.scene.model_files.triangulate import newell, triangles_of_polygons
@@ -48,6 +47,7 @@ def facets(file: Polygons) -> Facets:
 
 def welded(vertices: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (m, 3) at least `near` [m] apart, and the index (n,) of the one that each of (n, 3) became."""
+    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
     distinct, index = np.unique(vertices, axis=0, return_inverse=True)

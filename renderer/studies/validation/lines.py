@@ -4,9 +4,9 @@ from pathlib import Path
 
 from renderer.colour.bands import K_M
 from renderer.colour.lamps import illuminant, power_at_1_nm
+from renderer.colour.reference_light import black_body
 from renderer.colour.tables import cie_1931
 from renderer.readings.colorimetry import colour_of
-from renderer.readings.rendering import black_body
 from renderer.solving.solution import solve
 from renderer.studies.spectrum import lamp_record, resolve
 from renderer.studies.validation.cases import Case, box_scene, meter

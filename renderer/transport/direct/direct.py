@@ -35,13 +35,14 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
     normals : (k, 3) unit
     rays : to points all over the luminaire, from each point in each replica; each counts by what it would
         bring
+    seed : the last number is the luminaire's
     Few rays to points that bring unequal light are biased, so the luminaire aims them (`aimed`).
     """
     each = points if points.ndim > 2 else points[:, None]
     if luminaire.is_point:
         clear = ray_scene.clear(each, np.broadcast_to(luminaire.center, each.shape)).T
         return np.broadcast_to(clear.astype(float), (replicas, len(points)))
-    nets = Nets(rays, 2, seed, replicas)
+    nets = Nets(rays, 2, seed, replicas, seed[:-1])  # all luminaires share the scrambling
     share = np.empty((replicas, len(points)))
 
     def work(start: int, stop: int) -> None:

@@ -19,6 +19,9 @@ from renderer.transport.rays.sampling import Nets
 NEAR_PAIR_DIAGONALS = 2.0
 """Distance of a pair, over the longer patch's diagonal, below which it is integrated over both patches;
 farther pairs from the middle of one to the other (docs/decisions.md, D3)."""
+POINTS_WORTH_A_TREE = 3000
+"""Points above which near pairs come from a tree, whose import takes a fifth of a second, and not from all
+distances."""
 MAX_PATCHES_FOR_PAIR_RAYS = 4000
 """Patches above which a factor for every pair takes longer than rays over hemispheres."""
 
@@ -199,14 +202,23 @@ def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
 
 def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of patches nearer than NEAR_PAIR_DIAGONALS (k,) and (k,)."""
-    from scipy.spatial import KDTree
-
     diagonal = 2 * np.linalg.norm(mesh.corners - mesh.centroid[:, None], axis=2).max(axis=1)
-    pairs = KDTree(mesh.centroid).query_pairs(NEAR_PAIR_DIAGONALS * diagonal.max(), output_type="ndarray")
-    first, second = pairs.T
+    first, second = _within(mesh.centroid - mesh.middle, NEAR_PAIR_DIAGONALS * diagonal.max())
     apart = np.linalg.norm(mesh.centroid[first] - mesh.centroid[second], axis=1)
     near = apart < NEAR_PAIR_DIAGONALS * np.maximum(diagonal[first], diagonal[second])
     return first[near], second[near]
+
+
+def _within(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of points (n, 3) up to `distance` apart (k,) and (k,), the former index the smaller; those a
+    little farther apart may be among them."""
+    if len(points) > POINTS_WORTH_A_TREE:
+        from scipy.spatial import KDTree
+
+        return tuple(KDTree(points).query_pairs(distance, output_type="ndarray").T)
+    squared = np.einsum("ki,ki->k", points, points)
+    apart = squared[:, None] + squared - 2 * (points @ points.T)
+    return np.nonzero(np.triu(apart <= 1.001 * distance**2 + 1e-12 * squared.max(), 1))
 
 
 def _before(mesh: Mesh, first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -4,13 +4,13 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import trimesh
 
 from renderer.scene.flat import Polygon
 from renderer.scene.geometry import Rectangle, rectangle_grid
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.mounting import CONTACT_TOLERANCE, Mounting
 from renderer.scene.scene import Scene, Surface
+from renderer.scene.triangle_mesh import divided_to
 from renderer.transport.mesh.contacts import (
     Faces,
     Outlines,
@@ -262,8 +262,7 @@ class _Builder:
         if not len(triangles):
             return
         faces = np.arange(3 * len(triangles)).reshape(-1, 3)
-        vertices, faces = trimesh.remesh.subdivide_to_size(
-            triangles.reshape(-1, 3), faces, max_edge=2 * self.patch_size, max_iter=20)
+        vertices, faces = divided_to(triangles.reshape(-1, 3), faces, 2 * self.patch_size)
         corners = vertices[faces]
         doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         faces = faces[np.linalg.norm(doubled, axis=1) > self.touch**2]

@@ -3,9 +3,9 @@
 from itertools import pairwise
 
 import numpy as np
-import trimesh
 
 from renderer.scene.flat import Polygon
+from renderer.scene.triangle_mesh import divided_to
 
 
 def without(polygon: Polygon, feet: list[list[np.ndarray]], touch: float) -> list:
@@ -131,6 +131,5 @@ def _cut_up(shape, step: float) -> tuple[np.ndarray, np.ndarray]:
     parts = shapely.orient_polygons(shapely.constrained_delaunay_triangles(shape)).geoms
     corners = np.array([np.array(part.exterior.coords)[:3] for part in parts]).reshape(-1, 2)
     flat = np.column_stack([corners, np.zeros(len(corners))])
-    points, triangles = trimesh.remesh.subdivide_to_size(
-        flat, np.arange(len(flat)).reshape(-1, 3), max_edge=2 * step, max_iter=20)
+    points, triangles = divided_to(flat, np.arange(len(flat)).reshape(-1, 3), 2 * step)
     return points[:, :2], triangles

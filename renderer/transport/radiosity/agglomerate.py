@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
+from renderer.system.graph import pieces_of_graph
 from renderer.transport.factors.exchange import Exchange, SplitSymmetric
 from renderer.transport.mesh.gathering import Gathered
 from renderer.transport.mesh.mesh import Mesh
@@ -82,11 +82,8 @@ def _chambers(exchange: Exchange) -> np.ndarray:
     if isinstance(whole, Gathered):
         return np.zeros(len(exchange.areas), dtype=int)
     if isinstance(whole, SplitSymmetric):
-        given = whole.given.tocsr()
-        # A copy: zeros are eliminated in place, and the indices are the operator's own.
-        seen = sparse.csr_array((given.data > floor, given.indices, given.indptr), given.shape, copy=True)
-        seen.eliminate_zeros()
-        return connected_components(seen, directed=False)[1]
+        given = whole.given.tocoo()
+        return pieces_of_graph(len(exchange.areas), *(ends[given.data > floor] for ends in given.coords))
     chamber = np.where(exchange.areas > 0, -1, 0)  # covered patches do not count
     for first in np.flatnonzero(chamber < 0):
         new = np.array([first]) if chamber[first] < 0 else []

@@ -38,13 +38,15 @@ class Nets:
     """Nets of n points in [0, 1)^dimensions, each a Sobol net with a digital shift of its own.
 
     n : a power of 2; replicas : independent nets of n points in each draw
+    scrambling : seed of the scrambling, which several nets may share; by default the seed of the shifts
     Equal seeds give equal nets. The shifts make nets independent (Sobol 1967), so that their errors average
     out and can be measured.
     """
 
-    def __init__(self, n: int, dimensions: int, seed: tuple[int, ...], replicas: int = 1):
+    def __init__(self, n: int, dimensions: int, seed: tuple[int, ...], replicas: int = 1,
+                 scrambling: tuple[int, ...] | None = None):
         self._seed = seed
-        self._nets = _scrambled(n, dimensions, seed, replicas)
+        self._nets = _scrambled(n, dimensions, scrambling or seed, replicas)
 
     def draw(self, start: int, stop: int) -> np.ndarray:
         """Nets for items start to stop (stop − start, replicas · n, dimensions): equal for equal `start`,
