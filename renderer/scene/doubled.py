@@ -15,8 +15,6 @@ def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> 
     boxes : (n, 2, 3) [m] lowest and highest corners of the faces
     off : [m] distance between planes that are one
     """
-    from scipy.spatial import KDTree
-
     some = np.array([k for k, face in enumerate(faces) if face.shell >= 0], dtype=int)
     surface = np.array([faces[k].surface for k in some])
     counts = np.bincount(surface, minlength=1)
@@ -28,7 +26,7 @@ def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> 
     surface = np.array([faces[k].surface for k in some], dtype=float)
     # Within 1 of each other along each of five coordinates.
     near = np.column_stack([normal / SAME_NORMAL, height / (2 * off), 4 * surface])
-    pairs = some[KDTree(near).query_pairs(1.0, p=np.inf, output_type="ndarray")]
+    pairs = some[_within_one(near)]
     one, other = pairs.min(axis=1), pairs.max(axis=1)
     overlap = (boxes[one, 0] <= boxes[other, 1] + off) & (boxes[one, 1] >= boxes[other, 0] - off)
     overlap = overlap.all(axis=1)
@@ -36,3 +34,13 @@ def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> 
     for earlier, later in zip(one[overlap].tolist(), other[overlap].tolist(), strict=True):
         found.setdefault(later, []).append(earlier)
     return found
+
+
+def _within_one(points: np.ndarray) -> np.ndarray:
+    """Pairs (m, 2) of points (n, k) that are at most 1 apart along each coordinate."""
+    if len(points) <= 300:  # fewer than are worth the import
+        apart = np.abs(points[:, None] - points).max(axis=2)
+        return np.argwhere(np.triu(apart <= 1.0, 1))
+    from scipy.spatial import KDTree
+
+    return KDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray")
