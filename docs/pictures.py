@@ -12,9 +12,9 @@ from PIL import Image
 
 DOCS = Path(__file__).parent
 OUT = DOCS.parent / "outputs"
-LARGEST = 300_000
-"""Bytes of a picture."""
-BESIDE = 8
+MAX_PICTURE_BYTES = 300_000
+"""Largest size of a picture [bytes]."""
+GAP_PIXELS = 8
 """Pixels between pictures side by side."""
 GRID = """
 [[photometer_grids]]
@@ -59,15 +59,15 @@ def keep(sources: list[Path], name: str) -> None:
     if len(images) > 1:
         images = [image.resize((400, 400 * image.height // image.width), Image.Resampling.LANCZOS)
                   for image in images]
-    step = images[0].width + BESIDE
-    image = Image.new("RGB", (step * len(images) - BESIDE, images[0].height), "white")
+    step = images[0].width + GAP_PIXELS
+    image = Image.new("RGB", (step * len(images) - GAP_PIXELS, images[0].height), "white")
     for k, each in enumerate(images):
         image.paste(each, (k * step, 0))
     size = image.size
     while True:
         data = BytesIO()
         image.resize(size, Image.Resampling.LANCZOS).save(data, "PNG", optimize=True)
-        if data.tell() < LARGEST:
+        if data.tell() < MAX_PICTURE_BYTES:
             break
         size = tuple(int(0.95 * side) for side in size)
     (DOCS / "pictures" / name).write_bytes(data.getvalue())
