@@ -61,7 +61,7 @@ def main(arguments: list[str]) -> None:
     try:
         if left:
             mitsuba3.in_mitsuba(lambda process: run(process, left, accuracies, seconds, out, coloured),
-                                mitsuba3.SPECTRAL_VARIANTS if coloured else mitsuba3.VARIANTS)
+                                ("llvm_ad_spectral", "scalar_spectral") if coloured else mitsuba3.VARIANTS)
     except CannotRun as fault:
         print(fault)
     done = [json.loads(line) for line in out.read_text().splitlines()] if out.exists() else []

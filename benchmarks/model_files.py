@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from renderer.errors import InputError
-from renderer.scene.model_files.heap import areas, heap, volumes
 from renderer.scene.model_files.read import MODEL_FORMATS, read_polygons
+from renderer.scene.model_files.solids_and_sheets import areas, solids_and_sheets, volumes
 from renderer.scene.model_files.triangulate import newell, triangles_of_polygons
 from renderer.scene.model_files.weld import facets
 from renderer.scene.room import winding
@@ -36,7 +36,7 @@ def examined(path: Path, patches: bool) -> dict:
     row = {"file": str(path), "format": path.suffix.lower().lstrip("."), "opens": True, "why_not": ""}
     try:
         file = read_polygons(path, "", root=path.parent)
-        found = heap(facets(file))
+        found = solids_and_sheets(facets(file))
     except InputError as refused:
         return {**row, "opens": False, "why_not": str(refused).removeprefix(": "),
                 "seconds": round(time.perf_counter() - started, 3)}

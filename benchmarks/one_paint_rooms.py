@@ -19,7 +19,7 @@ import numpy as np
 from renderer.colour.bands import K_M, band_average, band_set
 from renderer.colour.lamps import band_flux, for_lamps, illuminant, spectral_flux
 from renderer.colour.tables import alpha_opic_action, cie_1931, munsell_chips
-from renderer.readings.colorimetry import MAX_CCT, MAX_DUV, MIN_CCT, _locus
+from renderer.readings.colorimetry import MAX_DUV, _locus
 from renderer.readings.rendering import special_indices, uv_1960
 from renderer.readings.spectrum import reconstructed
 
@@ -48,11 +48,11 @@ def temperatures(light: np.ndarray) -> np.ndarray:
     """CCT (n,) [K] of light (n, 471); NaN where it is not defined."""
     from scipy.spatial import cKDTree
 
-    inverse = np.linspace(0.0, 1000 / MIN_CCT, 200_001)
+    inverse = np.linspace(0.0, 1.0, 200_001)
     locus = _locus()(inverse)
     far, near = cKDTree(locus).query(uv_1960(light @ cie_1931()[1]))
     cct = 1000 / np.maximum(inverse[near], 1e-9)
-    return np.where((far <= MAX_DUV) & (cct <= MAX_CCT) & (near < len(inverse) - 1), cct, np.nan)
+    return np.where((far <= MAX_DUV) & (cct <= 1e5) & (near < len(inverse) - 1), cct, np.nan)
 
 
 def fidelity(light: np.ndarray, cct: np.ndarray) -> np.ndarray:

@@ -51,7 +51,7 @@ def main(rooms: int, seconds: float) -> None:
 
     if left:
         mitsuba3.in_mitsuba(lambda first: mitsuba3.in_mitsuba(lambda second: trace(first, second),
-                                                              mitsuba3.SPECTRAL_VARIANTS))
+                                                              ("llvm_ad_spectral", "scalar_spectral")))
     table([row for row in done if row["room"] in given])
 
 

@@ -14,7 +14,7 @@ import sys
 import numpy as np
 
 from renderer.colour.bands import narrow_bands
-from renderer.colour.colour_excess import WARNED, colour_excess, error_per_excess, favours_red
+from renderer.colour.colour_excess import MIN_WARNED_PERCENT, colour_excess, error_per_excess, favours_red
 from renderer.colour.lamps import band_flux
 from renderer.colour.tables import cie_1931, d65
 from renderer.scene.reading import load, resolved
@@ -116,12 +116,12 @@ def main(rooms: int) -> None:
 def told(paints: str, error: np.ndarray, given: np.ndarray, red: np.ndarray) -> str:
     """Errors of the rule in rooms that favour red."""
     error, given = error[red], given[red]
-    warned = given >= WARNED
+    warned = given >= MIN_WARNED_PERCENT
     explained = 1 - ((error - given) ** 2).sum() / (error**2).sum()
     return (f"{paints}: the rule explains {100 * explained:.0f} % of the variance; it gives "
             f"{100 * warned.mean():.0f} % of readings 5 % or more, of which "
-            f"{100 * np.mean(error[warned] < WARNED / 2):.0f} % are less than 2.5 % too bright; "
-            f"{100 * np.mean((error > WARNED) & ~warned):.1f} % are missed")
+            f"{100 * np.mean(error[warned] < MIN_WARNED_PERCENT / 2):.0f} % are less than 2.5 % too bright; "
+            f"{100 * np.mean((error > MIN_WARNED_PERCENT) & ~warned):.1f} % are missed")
 
 
 if __name__ == "__main__":

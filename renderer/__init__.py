@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 from renderer.errors import InputError, SolveError
 
 if _TYPE_CHECKING:
-    from renderer.door import Scene, Solution, load, solve
+    from renderer.python_interface import Scene, Solution, load, solve
     from renderer.readings.glare import Glare
     from renderer.readings.grid import GridReading
     from renderer.readings.reading import Reading
@@ -29,9 +29,6 @@ _os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "18")
 
 __all__ = ["Figure", "Glare", "GridReading", "InputError", "Reading", "Scene", "Solution", "SolveError",
            "load", "solve"]
-_WHERE = {"Glare": "renderer.readings.glare", "GridReading": "renderer.readings.grid",
-          "Reading": "renderer.readings.reading", "Figure": "renderer.readings.uncertainty"}
-"""Modules of what is not in renderer.door."""
 
 
 def __getattr__(name: str) -> object:
@@ -40,7 +37,10 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module 'renderer' has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(_WHERE.get(name, "renderer.door")), name)
+    # Modules of what is not in renderer.python_interface.
+    elsewhere = {"Glare": "renderer.readings.glare", "GridReading": "renderer.readings.grid",
+                 "Reading": "renderer.readings.reading", "Figure": "renderer.readings.uncertainty"}
+    return getattr(import_module(elsewhere.get(name, "renderer.python_interface")), name)
 
 
 def __dir__() -> list[str]:

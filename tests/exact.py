@@ -8,16 +8,9 @@ import renderer
 
 ORACLES = json.loads((Path(renderer.__file__).parent / "studies" / "validation" / "oracles.json").read_text())
 FORM_FACTORS = {entry["case"]: entry["value"] for entry in ORACLES["form_factors"]}
-
-
-UPLIGHT = {
-    "room": {"size": [5.0, 4.0, 2.8], "floor": "black", "walls": "black", "ceiling": "white"},
-    "materials": {"black": {"reflectance": 0.0}, "white": {"reflectance": 0.8}},
-    "luminaires": [{"shape": "rectangle", "center": [2.5, 2.0, 1.8], "normal": [0, 0, 1], "up": [1, 0, 0],
-                    "size": [1.0, 0.5], "flux": 2500}],
-}
+UPLIGHT = ORACLES["below_an_uplight"]["room"]
 """The table of a room whose light is reflected once."""
-BELOW_UPLIGHT = {(2.5, 2.0, 0.0): 34.7439, (3.2, 2.0, 0.0): 35.3870, (2.5, 2.9, 0.0): 37.2401}
+BELOW_UPLIGHT = {tuple(known["position"]): known["lx"] for known in ORACLES["below_an_uplight"]["readings"]}
 """Illuminance [lx] at points on its floor, by an integration outside this repository, to the last digit."""
 
 

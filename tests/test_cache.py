@@ -82,7 +82,7 @@ def test_a_folder_of_that_name_is_left_alone(tmp_path):
 
 
 def test_what_is_too_large_is_not_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(cache, "MAX_ENTRY_BYTES", 100)
+    monkeypatch.setattr(cache, "MAX_CACHE_BYTES", 200)  # and half of that for one result
     Cache(tmp_path).arrays("one", made)
     assert not list(tmp_path.iterdir())
 

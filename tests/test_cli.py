@@ -246,7 +246,7 @@ main()
 
 @pytest.mark.parametrize(("command", "rooms", "accuracy", "line"), [
     ("compare", ("A", "B"), "10%", "B: "), ("report", ("A", "B"), "10%", "B: "),
-    ("ugr", ("A",), "0.15%", "is not known to"), ("photometer", ("A",), "0.15%", "bars at"),
+    ("ugr", ("A",), "0.15%", "is not known to"), ("photometer", ("A",), "0.15%", "error bars"),
     ("luminance", ("A",), "5%", "solving finer")])
 def test_ctrl_c_keeps_what_is_known(folder, command, rooms, accuracy, line):
     for title in rooms:
@@ -262,7 +262,7 @@ def test_ctrl_c_keeps_what_is_known(folder, command, rooms, accuracy, line):
     process.send_signal(signal.SIGINT)
     told, errors = process.communicate(timeout=120)
     assert process.returncode == 1, errors
-    assert "interrupted; the readings are those known so far" in errors
+    assert "interrupted; each reading is the last one known" in errors
     assert "Traceback" not in errors
     assert {"compare": "behind", "report": "report.html", "ugr": "eye", "photometer": "behind",
             "luminance": "spot"}[command] in told

@@ -19,7 +19,7 @@ from renderer.readings.alpha_opic import (
 from renderer.readings.colorimetry import colour_of
 from renderer.readings.spectrum import reconstructed
 from renderer.records.json_records import lamps_record, reading_record
-from renderer.studies.validation.colours import ALPHA_OPIC
+from renderer.studies.validation.photometry import PUBLISHED_VALUES
 
 NM, OBSERVER = cie_1931()
 BANDS = band_set("31")
@@ -45,6 +45,9 @@ def test_grey_walls_leave_a_lamps_light_as_it_was(room, lamp):
         assert record["tm30_rf"] == pytest.approx(100, abs=0.05)
     assert record["melanopic_edi_lx"] / record["illuminance_lx"]["total"] == pytest.approx(
         record["melanopic_der"], rel=2e-2 if lamp == "FL11" else 5e-3)  # lux by bands, EDI at 1 nm
+
+
+ALPHA_OPIC = PUBLISHED_VALUES["alpha_opic"]["efficacies_mW_per_lm"]
 
 
 @pytest.mark.parametrize("name", ALPHA_OPIC)

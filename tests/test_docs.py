@@ -26,7 +26,7 @@ DOCS = ROOT / "docs"
 PAGES = {str(page.relative_to(ROOT)): page for page in pages.PAGES}
 SOLVING = {"photometer", "luminance", "ugr", "render", "pseudocolour", "sweep"}
 """Commands that a test asks for 20 %, where the page shows no output and no accuracy."""
-LARGEST = 300_000
+MAX_PICTURE_BYTES = 300_000
 RUN = set()
 
 
@@ -173,7 +173,7 @@ def test_pictures_are_shown_small_and_made_by_one_command():
     kept = {path.name for path in (DOCS / "pictures").iterdir()}
     used = {Path(link).name for text in texts().values() for link in links(text) if link.endswith(".png")}
     assert kept == used
-    assert all((DOCS / "pictures" / name).stat().st_size < LARGEST for name in kept)
+    assert all((DOCS / "pictures" / name).stat().st_size < MAX_PICTURE_BYTES for name in kept)
     for name in kept:
         Image.open(DOCS / "pictures" / name).load()  # fails where a picture is cut short
     done = subprocess.run(["make", "--dry-run", "docs"], cwd=ROOT, capture_output=True, text=True, check=True)

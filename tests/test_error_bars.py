@@ -10,7 +10,7 @@ from random_rooms import compare_with_finer, random_scene
 from traced import traced_lux
 
 import renderer
-from renderer.readings.uncertainty import ORDER, half_widths
+from renderer.readings.uncertainty import CONVERGENCE_ORDER, half_widths
 from renderer.solving.measure import surface_luminances
 from renderer.solving.mesh_sequence import MIN_PATCH_SIZE_RATIO
 from renderer.solving.plan import MAX_PATCHES_DENSE, MAX_RAYS, Plan, make_plan
@@ -18,7 +18,7 @@ from renderer.solving.refine import solve_and_read
 from renderer.solving.transport_store import TransportStore
 
 UP = [0, 0, 1]
-TWICE = 2 ** (1 / ORDER)
+TWICE = 2 ** (1 / CONVERGENCE_ORDER)
 """Patches so many times as long have errors twice as large, as they are taken."""
 
 
@@ -48,7 +48,7 @@ def test_surfaces_that_cancel_are_not_taken_for_agreement():
 
 @pytest.mark.parametrize("sizes", [(1.0, 2.0, 4.0), (1.0, 5.5, 11.0), (1.0, 0.125)])
 def test_of_an_error_of_that_order_the_bar_is_the_whole(sizes):
-    meshes = np.array([[100.0, 20.0 + 0.3 * size**ORDER] for size in sizes])
+    meshes = np.array([[100.0, 20.0 + 0.3 * size**CONVERGENCE_ORDER] for size in sizes])
     steps = tuple(b / a for a, b in pairwise(sizes))
     mesh, _ = half_widths(meshes, np.zeros((0, 2)), steps)
     assert mesh == pytest.approx(0.3, rel=1e-3)

@@ -77,13 +77,11 @@ def test_faces_of_which_one_is_black_send_light_once():
     assert more > 1.01 * once
 
 
-def test_more_nodes_tell_nothing_new_of_light_to_and_fro(monkeypatch):
+def test_more_nodes_tell_nothing_new_of_light_to_and_fro():
     lamp = Lamp(1000, np.array([2.5, 2.0, 1.4]))
     position, normal = np.array([0.0, 3.0, 1.2]), np.array([1.0, 0, 0])
-    few, many = [], []
-    for nodes, found in ((16, few), (24, many)):
-        monkeypatch.setattr("renderer.studies.validation.exact.many_bounces.NODES", nodes)
-        found.append(ParallelFaces(lamp, ((CEILING, 0.9), (FLOOR, 0.9))).illuminance(position, normal))
+    few, many = (ParallelFaces(lamp, ((CEILING, 0.9), (FLOOR, 0.9)), nodes).illuminance(position, normal)
+                 for nodes in (16, 24))
     assert few == pytest.approx(many, rel=1e-5)
 
 

@@ -11,7 +11,7 @@ from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import packaged_scenes
 from renderer.solving.transport_store import TransportStore
 
-COARSE = 0.3
+ACCURACY = 0.3
 ABOVE = 1.5
 """Energy is wasted past this multiple of the illuminance asked for."""
 POINTS = (2, 3)
@@ -25,7 +25,7 @@ def solved():
     def of(name, bands="rgb"):
         if (name, bands) not in kept:
             scene = renderer.load(packaged_scenes() / f"{name}.toml")
-            kept[name, bands] = renderer.solve(scene, bands, COARSE, store=store)
+            kept[name, bands] = renderer.solve(scene, bands, ACCURACY, store=store)
         return kept[name, bands]
 
     return of

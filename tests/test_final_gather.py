@@ -153,7 +153,7 @@ def test_an_interruption_keeps_what_is_known_with_its_wider_bars(room, monkeypat
         return gather(transport, spots, paths, round_, steps)
 
     monkeypatch.setattr(gathered, "gather", interrupted)
-    monkeypatch.setattr(gathered, "FIRST_SHARE", 0.01)  # so that the first paths do not do
+    monkeypatch.setattr(gathered, "FIRST_PATHS_SHARE", 0.01)  # so that the first paths do not do
     watch = Watch(keep=keep)
 
     def read(solution):
@@ -179,4 +179,4 @@ def test_long_readings_say_what_is_left_to_the_bar():
     watch = Watch(said.append)
     watch.tell(1.8, 0.01, 3.2)
     watch.tell(1.8, 0.01, 0.4)  # short ones say nothing
-    assert said == ["bars at 1.8 % of 1 %, some 3 s more"]
+    assert said == ["error bars 1.8 %, 1 % asked; 3 s left"]

@@ -12,11 +12,11 @@ from conftest import PANEL
 import renderer
 from renderer.pictures.isolux import interpolated
 from renderer.readings.grid import summarise
-from renderer.readings.uncertainty import ORDER
+from renderer.readings.uncertainty import CONVERGENCE_ORDER
 from renderer.scene.grids import Grid, cell_count, largest_cell
 from renderer.solving.measure import read_grid
 
-TWICE = 2 ** (1 / ORDER)
+TWICE = 2 ** (1 / CONVERGENCE_ORDER)
 """Patches so many times as long have errors twice as large, as they are taken."""
 PLANE = {"name": "plane", "origin": [0, 0, 0.8], "u": [4, 0, 0], "v": [0, 4, 0]}
 # EN 12464-1:2011, Table A.1: longer side [m], largest cell [m] as rounded there, least number of points.

@@ -115,7 +115,7 @@ def test_the_commands(here, tmp_path):
     assert json.loads((tmp_path / "scene.schema.json").read_text()) == schema()
     again = here("new", cwd=tmp_path)
     assert again.returncode == 2
-    assert "there already" in again.stderr
+    assert "already exists" in again.stderr
     other = here("new", "room.xyz", cwd=tmp_path)
     assert other.returncode == 2
     assert other.stderr.count("\n") == 1

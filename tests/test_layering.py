@@ -15,7 +15,7 @@ ORDER = ["errors", "system", "colour", "radiometry", "scene", "transport.mesh", 
          "solving.gathered",
          "solving.mesh_sequence",
          "solving.solution", "solving.measure", "solving.refine", "solving.pilot_solve", "solving.forecast",
-         "records", "pictures", "studies", "door", "cli.terminal", "cli.options", "cli"]
+         "records", "pictures", "studies", "python_interface", "cli.terminal", "cli.options", "cli"]
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
 
 

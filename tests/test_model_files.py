@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 import renderer
-from renderer.scene.model_files.heap import areas, volumes
 from renderer.scene.model_files.model import read_model
 from renderer.scene.model_files.read import read_polygons
+from renderer.scene.model_files.solids_and_sheets import areas, volumes
 from renderer.scene.model_files.triangulate import newell, triangles_of_polygons
 from renderer.scene.surface_names import surface_names
 
@@ -32,20 +32,21 @@ def model(path, **options):
 
 
 def area(found) -> float:
-    return float(areas(found.heap.vertices, found.heap.faces).sum())
+    return float(areas(found.shapes.vertices, found.shapes.faces).sum())
 
 
 def volume(found) -> float:
-    closed = found.heap.solid >= 0
-    return float(volumes(found.heap.vertices, found.heap.faces[closed], np.zeros(closed.sum(), int), 1)[0])
+    shapes = found.shapes
+    closed = shapes.solid >= 0
+    return float(volumes(shapes.vertices, shapes.faces[closed], np.zeros(closed.sum(), int), 1)[0])
 
 
 def sheets(found) -> int:
-    return int((found.heap.solid < 0).sum())
+    return int((found.shapes.solid < 0).sum())
 
 
 def solids(found) -> int:
-    return int(found.heap.solid.max(initial=-1)) + 1
+    return int(found.shapes.solid.max(initial=-1)) + 1
 
 
 # -- the customer's cases ----------------------------------------------------------------------------
@@ -54,7 +55,7 @@ def solids(found) -> int:
 def test_a_concave_polygon_has_its_area_whichever_corner_comes_first(first):
     floor = renderer.load(CASES / "ngon" / f"L{first}.toml").room.surfaces["floor"]
     assert floor.area == pytest.approx(27.72, rel=1e-12)
-    assert model(CASES / "ngon" / f"L{first}.obj").heap.faces.shape == (20, 3)
+    assert model(CASES / "ngon" / f"L{first}.obj").shapes.faces.shape == (20, 3)
 
 
 def test_a_concave_polygon_of_a_ply_file():
@@ -67,8 +68,8 @@ def test_a_concave_polygon_of_a_ply_file():
 
 def test_slabs_that_touch_lose_both_contact_faces_and_none_turns_inside_out():
     two, one = model(CASES / "invert" / "table.obj"), model(CASES / "invert" / "table_one_slab.obj")
-    assert two.heap.turned == 0
-    assert two.heap.contacts == pytest.approx(2 * 2.4 * 1.6, rel=1e-12)
+    assert two.shapes.turned == 0
+    assert two.shapes.contacts == pytest.approx(2 * 2.4 * 1.6, rel=1e-12)
     assert area(two) == pytest.approx(area(one), rel=1e-12)
     assert volume(two) == pytest.approx(volume(one), rel=1e-12)
 
@@ -154,7 +155,7 @@ def test_a_concave_quadrilateral_is_cut_along_its_inner_diagonal(start):
     assert areas(arrow, faces).sum() == pytest.approx(1.5, rel=1e-12)
 
 
-# -- a heap of faces ---------------------------------------------------------------------------------
+# -- solids and sheets -------------------------------------------------------------------------------
 
 def written(tmp_path, *meshes, invert=()):
     """An OBJ file of meshes, each with vertices of its own."""
@@ -165,7 +166,7 @@ def written(tmp_path, *meshes, invert=()):
             face = face[::-1] if k in invert else face
             lines.append("f " + " ".join(str(count + 1 + i) for i in face))
         count += len(mesh.vertices)
-    path = tmp_path / "heap.obj"
+    path = tmp_path / "solids.obj"
     path.write_text("\n".join(lines))
     return path
 
@@ -186,7 +187,7 @@ def test_boxes_that_touch_at_a_face_an_edge_or_a_corner_stay_solid(tmp_path):
     for corner, kept in (([1, 0, 0], 10), ([1, 1, 0], 12), ([1, 1, 1], 12)):
         found = model(written(tmp_path, first, box(corner, np.add(corner, 1))))
         assert sheets(found) == 0
-        assert found.heap.turned == 0
+        assert found.shapes.turned == 0
         assert area(found) == pytest.approx(kept)
         assert volume(found) == pytest.approx(2.0)
 
@@ -196,7 +197,7 @@ def test_a_solid_wound_inward_is_turned_and_a_cavity_is_not(tmp_path):
     assert volume(model(written(tmp_path, outer, invert=[0]))) == pytest.approx(27.0)
     hollow = model(written(tmp_path, outer, inner, invert=[1]))
     assert volume(hollow) == pytest.approx(26.0)
-    assert hollow.heap.turned == 0
+    assert hollow.shapes.turned == 0
 
 
 def test_a_shelf_in_a_box_is_a_sheet_and_the_box_a_solid(tmp_path):
@@ -250,7 +251,7 @@ def test_random_boxes_in_one_file_keep_their_volume_and_their_winding(tmp_path, 
     found = model(written(tmp_path, *(box(cell, np.add(cell, 1)) for cell in cells))) if cells else None
     if found is not None:
         assert volume(found) == pytest.approx(len(cells))
-        assert found.heap.turned == 0
+        assert found.shapes.turned == 0
         assert sheets(found) == 0
         touching = sum(abs(np.subtract(a, b)).sum() == 1 for a in cells for b in cells)
         assert area(found) == pytest.approx(6 * len(cells) - touching)
@@ -629,4 +630,4 @@ def test_a_mutated_file_is_read_or_refused_in_one_sentence(tmp_path, data):
     (tmp_path / f"mutated.{kind}").write_bytes(bytes(content))
     with contextlib.suppress(renderer.InputError):  # anything else fails the test
         found = model(tmp_path / f"mutated.{kind}")
-        assert np.isfinite(found.heap.vertices[found.heap.faces]).all()
+        assert np.isfinite(found.shapes.vertices[found.shapes.faces]).all()

@@ -7,7 +7,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent.parent / "renderer"
 SHARED = {
     "NAME", "read",  # of each program in studies/peers
-    "Scene", "Solution", "load", "solve",  # the package's own, in renderer/door.py, over those of its modules
+    "Scene", "Solution", "load", "solve",  # renderer/python_interface.py derives its own
 }
 """Public names of two modules on purpose."""
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderer.cli.show import DECK
+from renderer.cli.show import DEFAULT_ROOMS
 from renderer.pictures.camera import look
 from renderer.pictures.image import exposure, tone_map, white_balance
 from renderer.scene.reading import load
@@ -32,7 +32,7 @@ LEFT, RIGHT, DOWN, ENTER, TAB = "\ue012", "\ue014", "\ue015", "\ue007", "\ue004"
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
     """The deck's three rooms, seen smaller: where their page is, and the rooms as they were solved."""
-    scenes = [load(name) for name in DECK]
+    scenes = [load(name) for name in DEFAULT_ROOMS]
     seen = scenes[0].camera.model_copy(update={"resolution": (320, 240)})
     rooms = solve_rooms(
         [replace(scene, camera=seen) for scene in scenes], None, None, TransportStore(), _quiet

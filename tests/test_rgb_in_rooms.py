@@ -10,7 +10,7 @@ from renderer.colour.bands import LUMINANCE_WEIGHTS
 from renderer.colour.colour_excess import colour_excess, error_per_excess, favours_red
 from renderer.readings.likely_rgb_error import likely_rgb_error, mean_reflectances
 from renderer.scene.reading import load, resolved
-from renderer.studies.rgb_in_rooms.colours import COLOURED, colours_at_the_eye
+from renderer.studies.rgb_in_rooms.colours import MODELS_WITH_COLOUR, colours_at_the_eye
 from renderer.studies.rgb_in_rooms.drawn_rooms import DRAWN_KINDS, LIGHTING, drawn_room
 from renderer.studies.rgb_in_rooms.gains import READINGS, room_gains
 from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, lamp_spectrum, models_under
@@ -137,5 +137,5 @@ def test_colours_by_31_bands_are_those_of_61_and_rgb_knows_two_of_them():
     # x, y; K; points; per cent: twice the largest over the study's rooms (docs/answer.md).
     assert (apart < [0.002, 60, 1, 1.5]).all()
     assert np.isnan(colours.error["rgb"][:, 2:]).all()
-    assert set(colours.error) == set(COLOURED)
+    assert set(colours.error) == set(MODELS_WITH_COLOUR)
     assert colours.shift.shape == (12, 4)

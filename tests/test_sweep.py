@@ -310,7 +310,7 @@ def test_a_killed_sweep_leaves_no_worker_and_loses_no_room(tmp_path, how):
     if how == signal.SIGTERM:
         assert process.returncode == 143
         assert said.count("\n") == 1
-        assert "the same command goes on from there" in said
+        assert "the same command continues" in said
 
 
 def test_every_measured_chip_is_a_star(tmp_path):

@@ -2,6 +2,7 @@
 
 import csv
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -18,7 +19,6 @@ from renderer.studies.peers.export import CannotRun
 from renderer.studies.tradeoff import Setting, Tradeoff, asked_for, measure, tried_plans
 from renderer.studies.tradeoff_asked import lambertian, measure_asked
 from renderer.studies.tradeoff_files import (
-    TRADEOFF_COLUMNS,
     _seconds_to,
     recommendations,
     save_tradeoff,
@@ -28,16 +28,17 @@ from renderer.studies.tradeoff_files import (
 FLOOR = {"name": "floor", "position": [2.0, 2.0, 0.0], "normal": [0, 0, 1]}
 
 
+coarsely_asked = partial(measure_asked, accuracies=(0.1, 0.01), reference_mesh=0.1)
+
+
 @pytest.fixture
 def small(monkeypatch):
     """A grid of two meshes and one number of rays, about coarse ones."""
-    monkeypatch.setattr(tradeoff, "PATCH_FACTORS", (6.0, 3.0))
-    monkeypatch.setattr(tradeoff, "RAY_PATCH_FACTORS", (6.0,))
-    monkeypatch.setattr(tradeoff, "RAYS_PER_PATCH", (256,))
-    monkeypatch.setattr(tradeoff_asked, "ASKED_ACCURACIES", (0.1, 0.01))
-    monkeypatch.setattr(tradeoff_asked, "PROMISE", 0.005)
+    monkeypatch.setattr(tradeoff, "tried_plans",
+                        partial(tried_plans, factors=(6.0, 3.0), ray_factors=(6.0,), rays_per_patch=(256,)))
+    monkeypatch.setattr(tradeoff, "measure_asked", coarsely_asked)
+    monkeypatch.setattr(tradeoff_asked, "MIN_PROMISED_ACCURACY", 0.005)
     monkeypatch.setattr(tradeoff_asked, "MIN_ACCURACY_BY_PATHS", 0.02)
-    monkeypatch.setattr(tradeoff_asked, "REFERENCE_MESH", 0.1)
     monkeypatch.setattr(tradeoff_asked, "PEER_CURVES", {})
 
 
@@ -60,7 +61,9 @@ def test_a_room_is_measured_and_written(small, room, tmp_path):
     assert [f.name for f in files] == [f"{stem}_tradeoff.{kind}" for kind in ("csv", "md", "png")]
     with files[0].open() as file:
         rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == TRADEOFF_COLUMNS
+    assert list(rows[0]) == [
+        "bands", "method", "patch_size_m", "rays_per_patch", "patches", "seconds_geometry", "seconds_bands",
+        "seconds", "error_photometers", "error_surfaces", "on_front"]
     assert len(rows) == len(found.settings)
     assert sum(int(r["on_front"]) for r in rows) == len(found.front)
     assert "31 bands take" in words(found)
@@ -88,7 +91,7 @@ def test_other_programs_are_given_the_points_of_grids_and_lambertian_lamps(room,
                         {"peer": (lambda: None, curve), "other": (missing, curve)})
     scene = room({"rgb": [0.5, 0.4, 0.3]}, luminaires=[pendant], photometers=[FLOOR],
                  grids=[grid])
-    found = measure_asked(scene, 0, lambda step: None)
+    found = coarsely_asked(scene, 0, lambda step: None)
     assert found.lambertian
     assert found.skipped == ("other is skipped",)
     points = len(scene.grids[0].points)

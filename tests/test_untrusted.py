@@ -20,7 +20,7 @@ from renderer.studies.sweep import read_study
 from renderer.system import threads
 from renderer.system.files import output_folder, whole_file
 from renderer.system.input_files import MAX_BYTES, parse_toml, read_input
-from renderer.system.text import LONGEST_SHOWN, cell, quoted, visible
+from renderer.system.text import MAX_QUOTED_CHARACTERS, cell, quoted, visible
 
 BASE = scene_text(POINT_LIT)
 CAMERA = "[camera]\nposition = [2, 0.1, 1.5]\nlook_at = [2, 4, 1.4]\nresolution = [64, 48]\n"
@@ -52,7 +52,7 @@ SECRETS = ("planted secrets: names that equal a file's, files outside the folder
 SURROUNDINGS = ("streams closed or full, names that are not UTF-8, wrong RENDERER_CORES, a full disk, files "
                 "left by a killed run")
 SCHEDULERS = "addresses of no scheduler, and a cluster without workers"
-INSIDE = "what reads, sees or shines from inside an object, said before the work"
+FROM_INSIDE = "what reads, sees or shines from inside an object, said before the work"
 SIGNALS = "SIGTERM and SIGINT at 40 moments of a run each, from its imports to its end"
 TEXTS = {
     "deep": (BASE + "x = " + "[" * 5000 + "]" * 5000, "within each other"),
@@ -161,7 +161,7 @@ def test_a_formula_in_a_name_is_quoted_on_stdout(folder, here, held):
 
 
 def test_a_long_value_is_quoted_in_part():
-    assert len(quoted("x" * 10_000)) < LONGEST_SHOWN
+    assert len(quoted("x" * 10_000)) < MAX_QUOTED_CHARACTERS
     assert "too large to show" in quoted(1 << 40_000)
 
 
@@ -396,7 +396,7 @@ def test_what_is_inside_an_object_is_said_before_the_work(tmp_path, place, held)
     (tmp_path / "scene.toml").write_text(text)
     with pytest.raises(InputError, match="inside 'object'"):
         load(tmp_path / "scene.toml")
-    held(INSIDE)
+    held(FROM_INSIDE)
 
 
 def test_toml_takes_the_integers_that_toml_has():

@@ -27,7 +27,7 @@ COMMANDS = {
     "Read a room": (measure.photometer, measure.luminance, measure.ugr),
     "Study colour and accuracy": (studies.gamut, sweeping.sweep, sweeping.study, studies.tradeoff,
                                   studies.validate),
-    "Look at one thing": (luminaires.luminaire, studies.spectrum)}
+    "Look at one luminaire, paint or lamp": (luminaires.luminaire, studies.spectrum)}
 """Commands by their group in the help."""
 
 
@@ -83,7 +83,7 @@ def main() -> None:
 
 
 def _wrong_call(error: CycloptsError) -> str:
-    """What is wrong with the arguments, in words of this command line."""
+    """What is wrong with the arguments, in one sentence."""
     command = " ".join(("renderer", *(error.command_chain or ())))
     match error:
         case UnusedCliTokensError(unused_tokens=[word, *_]):
@@ -105,7 +105,7 @@ def _leave_for(error: BaseException) -> None:
         case SolveError() | DisplayError() | OutputError():
             leave(str(error), 1)
         case MemoryError():
-            leave("the memory is used up. Give a looser --accuracy or a larger patch_size.", 1)
+            leave("there is not enough memory. Give a looser --accuracy or a larger patch_size.", 1)
         case BrokenPipeError():
             sys.stdout = None
             sys.exit(1)

@@ -1,4 +1,4 @@
-"""Commands that look at one luminaire: luminaire."""
+"""The command for one photometric file: luminaire."""
 
 import json
 from pathlib import Path

@@ -1,14 +1,16 @@
 """Commands that read rooms: photometer, luminance, ugr."""
 
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from renderer.cli.options import Output, Printing, Solving, vector
 from renderer.cli.terminal import (
-    KNOWN_SO_FAR,
-    leave_interrupted,
+    leave_with_readings,
     list_files,
     print_as,
     progress_shown,
@@ -19,6 +21,69 @@ from renderer.cli.terminal import (
     warn_before,
 )
 from renderer.errors import InputError
+
+
+@dataclass
+class _Run:
+    """A command that reads a scene.
+
+    form : "table", "json" or "csv"
+    started : [s] of time.perf_counter
+    """
+
+    scene: object
+    solving: Solving
+    form: str
+    out: Path
+    quiet: bool
+    started: float = field(default_factory=time.perf_counter)
+    stopped: bool = False
+
+    @property
+    def asked(self) -> float:
+        """Accuracy [1]."""
+        return self.solving.accuracy or self.scene.solver.accuracy
+
+    @property
+    def seconds(self) -> float:
+        """Time since the start [s]."""
+        return time.perf_counter() - self.started
+
+    def solve(self, read: Callable, progress: Callable, meters: int | None = None) -> tuple:
+        """The solution, readings and figures; `read` and `meters` as in `solve_until`."""
+        from renderer.solving.refine import solve_until
+        from renderer.solving.watch import Watch
+
+        watch, options = Watch(keep=True), self.solving
+        solved = solve_until(self.scene, read, options.bands, options.accuracy, options.seed, options.store(),
+                             progress, meters, watch)
+        self.stopped = watch.stopped
+        return solved
+
+    def show(self, solution, figures: list, record: dict, tables: list, rows: list[dict],
+             files: list[Path] | None = None) -> None:
+        """Print the result; files : with those of the scene, where the command lists files"""
+        warn(solution, figures, self.asked)
+        print_as(self.form, record, tables, rows)
+        if self.form == "table":
+            if files is not None:
+                show_files(self.scene)
+            show_laws([solution])
+            if files:
+                list_files(files, self.out)
+            show_findings(record.get("finding", []))
+        if self.stopped:
+            leave_with_readings()
+
+
+def _opened(scene: str, printing: Printing | None, solving: Solving | None, output: Output | None) -> _Run:
+    """The run of a command with its checked options. Raises InputError."""
+    from renderer.scene.reading import load
+
+    started = time.perf_counter()
+    form = (printing or Printing()).checked()
+    solving, output = (solving or Solving()).checked(), output or Output()
+    return _Run(load(scene), solving, form, output.out, output.quiet, started)
 
 
 def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -34,55 +99,39 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
     scene
         A scene file, or the name of a packaged room.
     at
-        Where to read, as x,y,z in metres; else the scene's own photometers and grids.
+        Position of a single reading instead, as x,y,z in metres.
     normal
-        The direction the meter faces, as x,y,z; with --at; else up.
+        Direction that the meter at --at faces, as x,y,z; by default up.
     """
     from renderer.records.json_records import solution_record, take_comparison
-    from renderer.scene.reading import load
     from renderer.solving.measure import read_grid
-    from renderer.solving.refine import solve_until
     from renderer.solving.solution import solve_on
-    from renderer.solving.watch import Watch
     from renderer.studies.reading_tables import photometer_rows, photometer_tables
     from renderer.system.files import output_folder
 
-    started = time.perf_counter()
-    form = (printing or Printing()).checked()
-    solving, output = (solving or Solving()).checked(), output or Output()
-    loaded = load(scene)
+    run = _opened(scene, printing, solving, output)
+    loaded = run.scene
     spots, grids = _spots(loaded, at, normal), loaded.grids if at is None else []
-    out = output_folder(output.out) if grids else output.out
-    warn_before(loaded, solving.accuracy, solving.bands)
+    if grids:
+        run.out = output_folder(run.out)
+    warn_before(loaded, run.solving.accuracy, run.solving.bands)
 
     def read(solution):
         readings = solution.read_at(spots)
         areas = [read_grid(solution, grid) for grid in grids]
         return (readings, areas), [*(r.figure for r in readings), *(f for a in areas for f in a.figures)]
 
-    meters, watch = len(spots) + sum(len(grid.points) for grid in grids), Watch(keep=True)
-    with progress_shown(output.quiet) as progress:
-        solution, (readings, areas), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
-                                                           solving.seed, solving.store(), progress, meters,
-                                                           watch)
-        asked = solving.accuracy or loaded.solver.accuracy
-        files = _written(loaded, solution.bands.name, areas, out)
-        record = solution_record(solution, readings, asked, time.perf_counter() - started, areas)
-        if solution.bands.name == "rgb" and not watch.stopped:  # held against 31 bands on the same transport
+    with progress_shown(run.quiet) as progress:
+        meters = len(spots) + sum(len(grid.points) for grid in grids)
+        solution, (readings, areas), figures = run.solve(read, progress, meters)
+        files = _written(loaded, solution.bands.name, areas, run.out)
+        record = solution_record(solution, readings, run.asked, run.seconds, areas)
+        if solution.bands.name == "rgb" and not run.stopped:  # compared with 31 bands on the same transport
             beside = solve_on(loaded, loaded.band_set("31"), solution.plan, solution.store,
                               solution.transport)
             in_31, areas_in_31 = read(beside)[0]
-            take_comparison(record, solution_record(beside, in_31, asked, 0.0, areas_in_31))
-    warn(solution, figures, asked)
-    print_as(form, record, photometer_tables(record), photometer_rows(record))
-    if form == "table":
-        show_files(loaded)
-        show_laws([solution])
-        if files:
-            list_files(files, out)
-        show_findings(record.get("finding", []))
-    if watch.stopped:
-        leave_interrupted(KNOWN_SO_FAR)
+            take_comparison(record, solution_record(beside, in_31, run.asked, 0.0, areas_in_31))
+    run.show(solution, figures, record, photometer_tables(record), photometer_rows(record), files)
 
 
 def _written(scene, bands: str, areas: list, out) -> list:
@@ -99,7 +148,7 @@ def _spots(scene, at: str | None, normal: str | None) -> list[tuple]:
     if at is not None:
         facing = vector("--normal", normal or "0,0,1")
         if max(map(abs, facing)) < 1e-9:
-            raise InputError(f"--normal is {normal!r}, which has no length; give a direction: 0,0,1.")
+            raise InputError(f"--normal is {normal!r}, which has no length. Give a direction, as 0,0,1.")
         return [(_inside(scene, at), facing, f"at {at}")]
     if normal is not None:
         raise InputError(f"--normal is {normal!r} but --at is not given; give both, or neither for the "
@@ -135,50 +184,35 @@ def luminance(scene: str, *, pixel: str | None = None,
     scene
         A scene file, or the name of a packaged room.
     pixel
-        A pixel of the scene's camera, as x,y from the upper left, 0,0 the first.
+        A pixel of the scene's camera, as x,y; the upper left one is 0,0.
     at
         Position of the eye, as x,y,z in metres; with --look-at.
     look_at
         Point in the line of sight, as x,y,z in metres.
     angle
-        Acceptance angle of that spot in degrees, the whole cone.
+        Acceptance angle of that spot in degrees, over the full cone.
     """
     from renderer.records.json_records import luminance_record, of_run, surface_records
-    from renderer.scene.reading import load
     from renderer.solving.measure import mean_luminance, surface_luminances
-    from renderer.solving.refine import solve_until
-    from renderer.solving.watch import Watch
     from renderer.studies.luminance_spots import spots_of
     from renderer.studies.reading_tables import luminance_rows, luminance_tables
 
-    started = time.perf_counter()
-    form = (printing or Printing()).checked()
-    solving, output = (solving or Solving()).checked(), output or Output()
-    loaded = load(scene)
-    spots = spots_of(loaded, pixel, _sight(loaded, at, look_at), angle)
-    warn_before(loaded, solving.accuracy)
+    run = _opened(scene, printing, solving, output)
+    spots = spots_of(run.scene, pixel, _sight(run.scene, at, look_at), angle)
+    warn_before(run.scene, run.solving.accuracy)
 
     def read(solution):
         seen = [mean_luminance(solution, spot.position, spot.directions, spot.name) for spot in spots]
         surfaces = surface_luminances(solution)
         return (seen, surfaces), seen
 
-    watch = Watch(keep=True)
-    with progress_shown(output.quiet) as progress:
-        solution, (seen, surfaces), figures = solve_until(loaded, read, solving.bands, solving.accuracy,
-                                                          solving.seed, solving.store(), progress,
-                                                          watch=watch)
-        asked = solving.accuracy or loaded.solver.accuracy
-    record = {**of_run(solution, asked, time.perf_counter() - started),
+    with progress_shown(run.quiet) as progress:
+        solution, (seen, surfaces), figures = run.solve(read, progress)
+    record = {**of_run(solution, run.asked, run.seconds),
               "spots": [luminance_record(figure, spot.position, spot.axis, spot.angle)
                         for figure, spot in zip(seen, spots, strict=True)],
               "surfaces": surface_records(solution, surfaces)}
-    warn(solution, figures, asked)
-    print_as(form, record, luminance_tables(record), luminance_rows(record))
-    if form == "table":
-        show_laws([solution])
-    if watch.stopped:
-        leave_interrupted(KNOWN_SO_FAR)
+    run.show(solution, figures, record, luminance_tables(record), luminance_rows(record))
 
 
 def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -197,16 +231,11 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
         Point in the line of sight, as x,y,z in metres.
     """
     from renderer.records.json_records import glare_record, of_run
-    from renderer.scene.reading import load
     from renderer.solving.measure import rate_glare
-    from renderer.solving.refine import solve_until
-    from renderer.solving.watch import Watch
     from renderer.studies.reading_tables import glare_rows, glare_tables
 
-    started = time.perf_counter()
-    form = (printing or Printing()).checked()
-    solving, output = (solving or Solving()).checked(), output or Output()
-    loaded = load(scene)
+    run = _opened(scene, printing, solving, output)
+    loaded = run.scene
     sight = _sight(loaded, at, look_at)
     eyes = [(o.position, o.toward, o.name) for o in loaded.observers]
     if sight is not None:
@@ -214,25 +243,17 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
     if not eyes:
         raise InputError(f"{loaded.path}: observers is empty; add an [[observers]] table with position and "
                          "look_at, or say where with --at x,y,z --look-at x,y,z.")
-    warn_before(loaded, solving.accuracy)
+    warn_before(loaded, run.solving.accuracy)
 
     def read(solution):
-        found = [rate_glare(solution, *eye) for eye in eyes]
-        return found, [glare.indirect for glare in found]
+        ratings = [rate_glare(solution, *eye) for eye in eyes]
+        return ratings, [glare.indirect for glare in ratings]
 
-    watch = Watch(keep=True)
-    with progress_shown(output.quiet) as progress:
-        solution, found, figures = solve_until(loaded, read, solving.bands, solving.accuracy, solving.seed,
-                                               solving.store(), progress, len(eyes), watch)
-        asked = solving.accuracy or loaded.solver.accuracy
-    record = {**of_run(solution, asked, time.perf_counter() - started),
-              "observers": [glare_record(glare) for glare in found]}
-    warn(solution, figures, asked)
-    print_as(form, record, glare_tables(record), glare_rows(record))
-    if form == "table":
-        show_laws([solution])
-    if watch.stopped:
-        leave_interrupted(KNOWN_SO_FAR)
+    with progress_shown(run.quiet) as progress:
+        solution, ratings, figures = run.solve(read, progress, len(eyes))
+    record = {**of_run(solution, run.asked, run.seconds),
+              "observers": [glare_record(glare) for glare in ratings]}
+    run.show(solution, figures, record, glare_tables(record), glare_rows(record))
 
 
 def _sight(scene, at: str | None, look_at: str | None) -> tuple | None:

@@ -49,18 +49,17 @@ class Solving:
     """How a scene is solved."""
 
     bands: str | None = None
-    "rgb, rgb-prefiltered, 6 (placed nodes, illuminance only), 9, 16, 31 or 61; else as the scene says."
+    "rgb, rgb-prefiltered, 6 (illuminance only), 9, 16, 31 or 61; by default the scene's."
     accuracy: Annotated[float | None, Parameter(converter=_accuracy)] = None
-    "Of readings, as 1% or 0.01; else as the scene says."
+    "Accuracy of readings, as 1% or 0.01; by default the scene's."
     seed: Annotated[int | None, Parameter(converter=_whole)] = None
-    "Of everything random; else as the scene says."
+    "Seed of all random numbers; by default the scene's."
     no_cache: Annotated[bool, Parameter(negative="")] = False
-    "Use no form factors kept between runs, and keep none."
+    "Use no form factors of earlier runs, and keep none for later ones."
     scheduler: str | None = None
-    "Address of a Dask scheduler (pip install 'spectral-radiosity[cluster]') for large work; else the cores."
-
+    "Address of a Dask scheduler (pip install 'spectral-radiosity[cluster]') whose workers share large work."
     log_level: str | None = None
-    "debug, info or warning: each step of the run with its seconds, on stderr; else none is shown."
+    "Show the steps of the run and their seconds on stderr: debug, info or warning."
 
     def checked(self) -> "Solving":
         """Refuse invalid values that the types accept, and start the log."""
@@ -95,9 +94,9 @@ class Printing:
     """How results are printed."""
 
     format: str = "table"
-    "table, json or csv."
+    "Format of the result: table, json or csv."
     json_: Annotated[bool, Parameter(name="--json", negative="")] = False
-    "The same as --format json."
+    "Short for --format json."
 
     def checked(self) -> str:
         """The output format. Raises InputError for an unknown one, or for two at once."""

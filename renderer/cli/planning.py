@@ -1,4 +1,4 @@
-"""What a run will take, and what is kept of earlier ones: plan, cache."""
+"""Commands before a run: its forecast (plan), and the form factors kept from earlier runs (cache)."""
 
 import json
 from dataclasses import asdict
@@ -9,13 +9,13 @@ from cyclopts import App, Parameter
 from renderer.cli.options import Output, Solving
 from renderer.cli.terminal import show, tell
 
-cache = App(name="cache", help="Form factors kept between runs: what there is, and how to be rid of it.",
-          help_format="plaintext")
+cache = App(name="cache", help="Show or remove the form factors kept on disk between runs.",
+            help_format="plaintext")
 
 
 def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
          solving: Solving | None = None, output: Output | None = None) -> None:
-    """Forecast of time, memory and error bars of a scene's readings, and the parts left out, with reasons.
+    """Forecast of time, memory and error bars of a scene's readings, and what of the scene is left out.
 
     Parameters
     ----------
@@ -40,44 +40,44 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
         return
     rays = f"{said.rays / 1e6:.2g} million" if said.rays else "none"
     all_of = "finer solves included, " if said.finer else ""
-    rows = [["patches", f"{said.patches}", f"{said.other_patches} and fewer on others tell the error"],
-            ["rays", rays, "of patches, lamps and meters"],
-            ["form factors", said.method, "the method, as in a run's record"],
-            ["bands solved", f"{said.bands_solved} of {said.bands}", "with one operator"],
-            ["time", f"{said.seconds:.2g} s", f"{all_of}on this machine, as busy as it is now; less if kept"],
+    rows = [["patches", f"{said.patches}", f"up to {said.other_patches} on coarser meshes, for error bars"],
+            ["rays", rays, "from patches, luminaires and meters"],
+            ["form factors", said.method, "method"],
+            ["bands solved", f"{said.bands_solved} of {said.bands}", "equal bands are solved once"],
+            ["time", f"{said.seconds:.2g} s", f"{all_of}on this machine at its present load; less if kept"],
             ["memory", f"{said.memory / 1e9:.2g} GB", f"{all_of}at most"],
             ["accuracy", f"{said.accuracy:.2%}", f"asked; {said.promise:.2%} can be promised here"]]
     if said.expected is not None:
         rows.append(["error bar", f"{said.expected:.2%}",
-                     "expected, the widest of photometers and of grids' means and least values"])
+                     "expected, the widest of all photometers and of the means and minima of grids"])
     for stage in said.finer:
-        rows.append(["then finer", f"{stage.patches} patches", f"a finer solve will follow, "
-                     f"{stage.rays / 1e6:.2g} million rays; error bar then {stage.expected:.2%}, about"])
+        rows.append(["finer solve", f"{stage.patches} patches", f"{stage.rays / 1e6:.2g} million rays; error "
+                     f"bar {stage.expected:.2%}, expected"])
     show(f"{loaded.title}: the plan", ["", "estimate", ""], rows)
     if said.unsure:
-        tell("Not sure: bars are said within a factor of two, and one comes so near what is asked: one "
-              "finer solve more or less may follow.")
+        tell("Error bars are forecast within a factor of two, and one of them is close to the accuracy "
+             "asked: there may be one finer solve more or fewer.")
     slips = [*loaded.faults, *doubts(loaded), *([likely] if likely and bands == "rgb" else [])]
     for title, sentences in (("Read", loaded.files), ("Modelled", said.modelled),
-                             ("Left out", said.left_out), ("Look at", slips)):
+                             ("Left out", said.left_out), ("Check", slips)):
         for sentence in sentences:
             tell(f"{title}: {sentence}.")
 
 
 @cache.command
 def info(*, output: Output | None = None) -> None:
-    """Where form factors are kept, how many files there are, and how large they may become."""
+    """Folder, number of files and size of the form factors kept, and the largest size allowed."""
     from renderer.system.cache import MAX_CACHE_BYTES, user_cache
 
     kept = user_cache()
     files, size = kept.size
-    tell(f"{kept.folder}: {files} files, {size / 1e6:.1f} MB; past {MAX_CACHE_BYTES / 1e6:.0f} MB the file "
-          "not used for longest is removed.")
+    tell(f"{kept.folder}: {files} files, {size / 1e6:.1f} MB; above {MAX_CACHE_BYTES / 1e6:.0f} MB the "
+         "files not used for longest are removed.")
 
 
 @cache.command
 def clear(*, output: Output | None = None) -> None:
-    """Remove all of them."""
+    """Remove all form factors kept."""
     from renderer.system.cache import user_cache
 
     kept = user_cache()

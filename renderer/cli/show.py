@@ -8,8 +8,7 @@ from cyclopts import Parameter
 
 from renderer.cli.options import Output, Solving
 from renderer.cli.terminal import (
-    KNOWN_SO_FAR,
-    leave_interrupted,
+    leave_with_readings,
     list_files,
     progress_shown,
     say,
@@ -24,8 +23,8 @@ from renderer.errors import InputError
 from renderer.readings.finding import signed
 from renderer.system.text import visible
 
-DECK = ("grey_room", "red_room", "saturated_red_room")
-"""Rooms of compare and report without arguments."""
+DEFAULT_ROOMS = ("grey_room", "red_room", "saturated_red_room")
+"""Rooms that compare and report show by default."""
 
 
 def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] = False,
@@ -37,29 +36,23 @@ def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] =
     Parameters
     ----------
     scenes
-        Scene files or names of packaged rooms; without any, a grey room, one in a red paint,
-        one in pure red.
+        Scene files or names of packaged rooms; by default a grey room, a room in a red paint
+        and one in the pure red of the RGB model.
     prefiltered
-        Also RGB whose reflectances are filtered with the room's own light first.
+        Also show RGB whose reflectances are averaged over the light of the room's own lamps.
     full
-        Also a sheet of every picture: comparison_full.png.
+        Also write comparison_full.png, a sheet of all pictures.
     rainbow
-        Luminance in the rainbow's colours; else in viridis, which the colour-blind can read too.
+        Luminance in rainbow colours; by default in viridis, which colour-blind people can read too.
     """
     from renderer.readings.finding import headline
-    from renderer.scene.reading import load
     from renderer.solving.watch import Watch
     from renderer.studies.comparison import findings, save_table, solve_all
     from renderer.studies.comparison_pictures import save_pictures
     from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
-    if solving.bands is not None:
-        raise InputError("--bands has no place in compare, which shows RGB and 31 bands. Remove it, or add "
-                         "--prefiltered.")
-    loaded = [load(s) for s in scenes or DECK]
-    for scene in loaded:
-        warn_before(scene, solving.accuracy)
+    loaded = _loaded("compare", scenes, solving, "Remove it, or add --prefiltered.")
     out = output_folder(output.out)
     watch = Watch(keep=True)
     with progress_shown(output.quiet) as progress:
@@ -74,7 +67,19 @@ def compare(*scenes: str, prefiltered: Annotated[bool, Parameter(negative="")] =
     show_findings(([] if len(found) == 1 else [f.sentence for f in found if len(f.readings) > 1])
                   + [headline(found)])
     if watch.stopped:
-        leave_interrupted(f"{KNOWN_SO_FAR}, without pictures")
+        leave_with_readings(", and no picture is drawn")
+
+
+def _loaded(command: str, scenes: tuple[str, ...], solving: Solving, remedy: str) -> list:
+    """The rooms of a command that shows RGB beside 31 bands, after their warnings. Raises InputError."""
+    from renderer.scene.reading import load
+
+    if solving.bands is not None:
+        raise InputError(f"--bands has no place in {command}, which shows RGB and 31 bands. {remedy}")
+    loaded = [load(scene) for scene in scenes or DEFAULT_ROOMS]
+    for scene in loaded:
+        warn_before(scene, solving.accuracy)
+    return loaded
 
 
 def _show_readings(cases: list, accuracy: float | None) -> None:
@@ -94,31 +99,26 @@ def _show_readings(cases: list, accuracy: float | None) -> None:
 def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False,
            embed_outside: Annotated[bool, Parameter(negative="")] = False,
            solving: Solving | None = None, output: Output | None = None) -> None:
-    """Rooms in one HTML file to look at and to read with a photometer, in RGB and in 31 bands.
+    """One HTML file with pictures of rooms and a photometer under the pointer, in RGB and in 31 bands.
 
     Parameters
     ----------
     scenes
-        Scene files or names of packaged rooms; without any, a grey room, one in a red paint,
-        one in pure red.
+        Scene files or names of packaged rooms; by default a grey room, a room in a red paint
+        and one in the pure red of the RGB model.
     client
-        Instead, for each room <scene>_client.html, and .pdf where a browser is found: luminaires, materials,
-        grids, glare, and what of the scene's [[requirements]] is met.
+        Write a report for clients instead, <scene>_client.html for each room, and .pdf where a browser is
+        installed: luminaires, materials, grids, glare, and which [[requirements]] are met.
     embed_outside
-        Carry files that lie outside a scene's folder, too; else they are only named.
+        Embed files from outside a scene's folder too; by default the report only names them.
     """
     from renderer.readings.finding import headline
-    from renderer.scene.reading import load
     from renderer.solving.watch import Watch
     from renderer.studies.report import save_page, solve_rooms
     from renderer.system.files import output_folder
 
     solving, output = (solving or Solving()).checked(), output or Output()
-    if solving.bands is not None:
-        raise InputError("--bands has no place in report, which shows RGB and 31 bands. Remove it.")
-    loaded = [load(s) for s in scenes or DECK]
-    for scene in loaded:
-        warn_before(scene, solving.accuracy)
+    loaded = _loaded("report", scenes, solving, "Remove it.")
     out = output_folder(output.out)
     if client:
         _client_reports(loaded, solving, out, output.quiet)
@@ -137,7 +137,7 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
     tell(f"{file}: {file.stat().st_size / 1e6:.1f} MB, opens in any browser")
     show_findings([headline([room.finding for room in rooms])])
     if watch.stopped:
-        leave_interrupted(KNOWN_SO_FAR)
+        leave_with_readings()
 
 
 def _client_reports(scenes: list, solving: Solving, out, quiet: bool) -> None:
@@ -150,7 +150,7 @@ def _client_reports(scenes: list, solving: Solving, out, quiet: bool) -> None:
                                           progress)
         files += written
         if written[-1].suffix != ".pdf":
-            say(f"no browser was found to print {written[-1]}; open it in one and print it.")
+            say(f"no browser is installed that could print {written[-1]}. Open it in a browser and print it.")
         asked = [check for check in room.checks if check.verdict != "met"]
         sentences += room.record.get("finding", [])
         sentences += [f"{scene.title}: {check.of}, {check.key}: {check.verdict}." for check in asked]
@@ -167,7 +167,7 @@ def _said(scenes: list, solving: Solving, embed_outside: bool) -> str:
 
 
 def render(scene: str, *, solving: Solving | None = None, output: Output | None = None) -> None:
-    """One room: a picture, luminance and spectral EXR files, and its patches.
+    """A picture of one room, its luminance and its spectra as EXR files, and its patches.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def pseudocolour(scene: str, *, rainbow: Annotated[bool, Parameter(negative="")]
     scene
         A scene file, or the name of a packaged room.
     rainbow
-        In the rainbow's colours; else in viridis, which the colour-blind can read too.
+        In rainbow colours; by default in viridis, which colour-blind people can read too.
     """
     from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW
     from renderer.studies.render import save_pseudocolour
@@ -210,8 +210,8 @@ def _one_room(scene: str, solving: Solving | None, output: Output | None, save, 
     asked = solving.bands or loaded.solver.bands
     if in_colour and asked == "6":
         given = "--bands" if solving.bands else f"{loaded.path}: solver.bands"
-        raise InputError(f"{given} is '6', nodes that know luminance and no colour; a picture needs "
-                         "--bands 31. Or ask for renderer pseudocolour.")
+        raise InputError(f"{given} is '6', which gives luminance without colour. Give --bands 31, or "
+                         "take renderer pseudocolour, which needs no colour.")
     warn_before(loaded, solving.accuracy)
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:

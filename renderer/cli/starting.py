@@ -17,17 +17,17 @@ MAX_LISTED = 40
 def new(file: str | None = None, *, room: str | None = None,
         inside: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None, out: Path = Path()
         ) -> None:
-    """A scene file to edit: a small office with comments, or the room of another program's file.
+    """Write a scene file to edit: a small office with comments, or a room from another program's file.
 
     Parameters
     ----------
     file
-        IFC, HBJSON, gbXML, Radiance, OBJ, glTF or another mesh to take a room from; else the
-        office.
+        An IFC, HBJSON, gbXML or Radiance file with the room, or a mesh (OBJ, glTF and others);
+        by default the office.
     room
-        Name of the room to take, where FILE has several.
+        Name of the room, where FILE has several.
     inside
-        A point in the room to take instead, as x,y,z in metres of FILE, z up.
+        A point in the room instead, as x,y,z in metres of FILE, z up.
     out
         Folder for the scene file.
     """
@@ -42,19 +42,19 @@ def new(file: str | None = None, *, room: str | None = None,
     for line in _what_was_taken(written):
         tell(visible(line))
     tell(f"{scene} is written" + "".join(f", and {path.name}" for path in others[-MAX_LISTED:]) + ".")
-    tell(f"Next: renderer photometer {scene}; renderer report {scene}; renderer keys explains every line.")
+    tell(f"Next: renderer photometer {scene}; renderer report {scene}; renderer keys explains every key.")
 
 
 def _what_was_taken(written) -> list[str]:
-    """Lines about the room of another program's file, and about contents that were not carried over."""
+    """Lines about the imported room, the other rooms of the file, and contents that are not imported."""
     lines = [f"{note}." for note in written.notes]
     others = [name for name in written.rooms if name != written.room]
     if others:
-        lines.append(f"Room {written.room!r} is taken; also in the file, for --room: "
+        lines.append(f"Room {written.room!r} is imported; other rooms in the file, for --room: "
                      + ", ".join(map(repr, others[:MAX_LISTED]))
                      + (f" and {len(others) - MAX_LISTED} more." if len(others) > MAX_LISTED else "."))
     if written.not_carried:
-        lines += ["Not carried over:", *(f"  {each}" for each in written.not_carried[:MAX_LISTED])]
+        lines += ["Not imported:", *(f"  {each}" for each in written.not_carried[:MAX_LISTED])]
         if len(written.not_carried) > MAX_LISTED:
             lines.append(f"  and {len(written.not_carried) - MAX_LISTED} more")
     return lines
@@ -67,7 +67,7 @@ def keys(key: str | None = None, *, schema: Annotated[bool, Parameter(negative="
     Parameters
     ----------
     key
-        One key (luminaires.flux, or flux), or one table (room); else all.
+        One key (luminaires.flux, or flux), or one table (room); by default all.
     schema
         Print the JSON schema of scene files, for editors.
     json_

@@ -1,4 +1,4 @@
-"""Commands that hold the program against laws, peers, itself: validate, spectrum, gamut, tradeoff."""
+"""Commands about colour and about the program's accuracy: validate, spectrum, gamut, tradeoff."""
 
 import json
 from pathlib import Path
@@ -13,15 +13,15 @@ from renderer.errors import InputError
 
 def validate(*, extremes: Annotated[bool, Parameter(negative="")] = False,
              peers: Annotated[bool, Parameter(negative="")] = False, output: Output | None = None) -> None:
-    """Published cases, closed forms and laws, through the code that users run; exit code 1 where one fails.
+    """Check the program against published cases, closed forms and laws; exit code 1 where one fails.
 
     Parameters
     ----------
     extremes
-        Instead: reflectances of 0 and 1, a millimetre and ten kilometres, foreign geometry.
+        Check extremes instead: reflectances of 0 and 1, rooms of 1 mm and 10 km, faulty meshes.
     peers
-        Instead: the same rooms in Mitsuba 3 and Radiance (pip install
-        'spectral-radiosity[peers]'), error bars side by side.
+        Read eight rooms in Mitsuba 3 and Radiance too, and compare (pip install
+        'spectral-radiosity[peers]').
     """
     from renderer.studies.validation import run
     from renderer.studies.validation.cases import CASE_COLUMNS
@@ -92,15 +92,15 @@ def spectrum(spectrum: str, *, lamp: Annotated[bool, Parameter(negative="")] = F
 
 def gamut(scene: str | None = None, *, material: str | None = None, solving: Solving | None = None,
           output: Output | None = None) -> None:
-    """RGB against 31 bands for 1,000 colours, five ways from RGB to a spectrum, and 1,269 measured paints.
+    """Error of RGB for 1,000 colours, by five methods from RGB to a spectrum, and for 1,269 measured paints.
 
     Parameters
     ----------
     scene
-        A scene file or a packaged room, one material of which takes every colour in turn;
-        without it, the deck's infinitely wide room.
+        A scene file or a packaged room, one material of which takes every colour in turn; by
+        default an infinitely wide room with a floor and a ceiling.
     material
-        The material that takes the colours; else the one with the largest area.
+        The material that takes the colours; by default the one with the largest area.
     """
     from renderer.colour.lamps import illuminant
     from renderer.colour.upsampling import cube
@@ -140,20 +140,21 @@ def _painted(scene: str, material: str | None, solving: Solving, progress):
     loaded = load(scene)
     name = painted_material(loaded, material)
     place, error = painted_room(loaded, name, solving.accuracy, solving.seed, solving.store(), progress)
-    return place, (f"{loaded.title}: {name!r} takes the colours, all else stays; between the reflectances "
-                   f"solved, readings are interpolated to {max(error, 1e-15):.0e}.\n"), loaded.path.stem
+    return place, (f"{loaded.title}: {name!r} takes every colour in turn; interpolation between solved "
+                   f"reflectances changes readings by up to {max(error, 1e-15):.0e}.\n"), loaded.path.stem
 
 
 def tradeoff(scene: str, *, solving: Solving | None = None, output: Output | None = None) -> None:
-    """Time every way to solve a scene, measure its error, and recommend one for 5 %, 1 % and 0.2 %.
+    """Time and error of a scene's readings for every band set, mesh and number of rays, and the best choice.
 
-    Also times --accuracy 10 % to 0.2 %, and Mitsuba and Radiance where the extra `peers` is installed.
+    Recommends a choice for 5 %, 1 % and 0.2 %. Also times --accuracy from 10 % to 0.2 %, and Mitsuba and
+    Radiance where the extra `peers` is installed.
     Writes <scene>_tradeoff.csv, .png and .md.
 
     Parameters
     ----------
     scene
-        A scene file, or the name of a packaged room; it needs photometers. Grids are read for
+        A scene file with photometers, or the name of a packaged room. Grids are read for
         --accuracy.
     """
     from renderer.scene.reading import load

@@ -1,4 +1,4 @@
-"""The command that solves many rooms: sweep."""
+"""Commands that solve many rooms: sweep, study."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,17 +11,16 @@ from renderer.cli.terminal import leave_interrupted, list_files, progress_shown,
 
 def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
           solving: Solving | None = None, output: Output | None = None) -> None:
-    """Many rooms in one table: any keys of scene files, every combination of their values.
+    """Readings of many rooms in one table: every combination of values of any keys of a scene file.
 
-    An interrupted sweep continues when the command is given again, without the rooms that are done.
+    Give the same command again to continue an interrupted sweep.
 
     Parameters
     ----------
     study
-        A study file: `scenes = ["grey_room"]`, and in `[vary]` keys of them with lists of
-        values.
+        A study file: `scenes = ["grey_room"]`, and in `[vary]` a list of values for each key.
     check
-        Only check the file, and say how many rooms it makes.
+        Only check the file and count its rooms.
     """
     from renderer.studies.sweep import read_study
     from renderer.studies.sweep_finding import sweep_finding
@@ -38,7 +37,7 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
         with progress_shown(output.quiet) as progress:
             files, now, total = run_sweep(read, out, not solving.no_cache, solving.scheduler, progress)
     except KeyboardInterrupt:
-        leave_interrupted("rooms already done are kept, and the same command goes on from there")
+        leave_interrupted("finished rooms are kept, and the same command continues with the others")
     tell(f"{read.path}: {total} rooms, {now} of them solved now")
     list_files(files, out)
     show_findings(sweep_finding(files[0]))
@@ -47,18 +46,19 @@ def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
 def study(
     *, rooms: int = 300, seed: int = 0, output: Output | None = None, scheduler: str | None = None
 ) -> None:
-    """Errors of RGB in rooms: many random rooms, three palettes of paints, fifteen lamps, nine models.
+    """Errors of RGB in many random rooms, with three palettes of paints, fifteen lamps and nine models.
 
-    Some half an hour on two cores; an interrupted study continues. The results are in docs/answer.md.
+    Takes half an hour on two cores. Give the same command again to continue an interrupted study. The results
+    are in docs/answer.md.
 
     Parameters
     ----------
     rooms
-        Rooms drawn, beside the packaged ones.
+        Number of random rooms, besides the packaged ones.
     seed
-        Of the rooms and their paints.
+        Seed of the random rooms and paints.
     scheduler
-        The address of a Dask scheduler, on whose workers the rooms are solved.
+        Address of a Dask scheduler whose workers solve the rooms.
     """
     from renderer.studies.rgb_in_rooms.report import write_report
     from renderer.studies.rgb_in_rooms.run import read_rooms, run_study
@@ -72,5 +72,5 @@ def study(
             progress("study: tables and figures")
             files = write_report(list(read_rooms(folder)), out)
     except KeyboardInterrupt:
-        leave_interrupted("rooms already done are kept, and the same command goes on from there")
+        leave_interrupted("finished rooms are kept, and the same command continues with the others")
     list_files(files, out)

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from renderer.system.text import CsvWriter, visible
 
-KNOWN_SO_FAR = "the readings are those known so far, with the bars they have reached"
-
 
 @contextmanager
 def progress_shown(quiet: bool) -> Iterator:
@@ -73,15 +71,15 @@ def print_as(form: str, record: dict, tables: list, rows: list[dict]) -> None:
 def warn(solution, figures: list, asked: float) -> None:
     """Print warnings on stderr: accuracies not reached, light that escapes, errors of the laws."""
     fixed = solution.scene.solver.patch_size
-    why = "solver.patch_size allows" if fixed else "memory and two more tries allow"
-    why = "the time until the interruption allows" if solution.watch.stopped else why
+    why = "solver.patch_size allows no finer mesh" if fixed else "memory or two finer solves allow no more"
+    why = "the run was interrupted" if solution.watch.stopped else why
     from renderer.records.escape import escapes
     from renderer.solving.measure import stray_light
 
     for f in figures:
         if f.uncertainty > asked * f.value:
             say(f"warning: {solution.scene.title}: the reading {f.name!r} is {f.value:.4g} ± "
-                f"{f.uncertainty:.2g} {f.unit}, not the ± {asked:.2%} asked, as finely as {why}.")
+                f"{f.uncertainty:.2g} {f.unit}, not within the {asked:.2%} asked: {why}.")
     for sentence in escapes(solution, figures):
         say(f"warning: {solution.scene.title}: {sentence}")
     exchange, mesh = solution.transport.exchange, solution.transport.mesh
@@ -89,18 +87,18 @@ def warn(solution, figures: list, asked: float) -> None:
     moved = [f for f in figures if f.unit == "lx" and stray * f.value > f.uncertainty]
     if moved:
         f = max(moved, key=lambda f: f.value)
-        say(f"warning: {solution.scene.title}: {stray:.1%} of the light meets no surface's front, most of "
-            f"it from {surface!r}: readings are off by up to {stray * f.value:.2g} lx ({f.name!r}). Close "
-            "what is open there, or turn faces round that look the wrong way.")
+        say(f"warning: {solution.scene.title}: {stray:.1%} of the light leaves through gaps or meets the "
+            f"back of a face, most of it from {surface!r}: readings are off by up to {stray * f.value:.2g} "
+            f"lx ({f.name!r}). Close the gaps there, or turn round the faces that show their backs.")
     if exchange.reciprocity_error > 0.5:
         first, second = (solution.scene.surface_names[k] for k in exchange.worst_pair)
-        say(f"warning: {solution.scene.title}: the form factors between {first!r} and {second!r} differ by "
-             f"{exchange.reciprocity_error:.0%} of what the smaller sends, before they are balanced; "
-             "their patches are long for their distance. Give a smaller solver.patch_size.")
+        say(f"warning: {solution.scene.title}: before they are balanced, the form factors between {first!r} "
+            f"and {second!r} differ by {exchange.reciprocity_error:.0%} of what the smaller patch sends: the "
+            "patches are long for their distance. Give a smaller solver.patch_size.")
     if solution.energy_balance_error > 1e-6:
         surface = solution.scene.surface_names[mesh.surface[solution.worst_patch]]
-        say(f"warning: {solution.scene.title}: {solution.energy_balance_error:.1e} of the light is neither "
-             f"absorbed nor left, most of it at {surface!r}; is its reflectance nearly 1?")
+        say(f"warning: {solution.scene.title}: {solution.energy_balance_error:.1e} of the light is missing "
+            f"from the balance, most of it at {surface!r}; its reflectance may be too close to 1.")
 
 
 def warn_before(scene, accuracy: float | None, bands: str | None = None) -> None:
@@ -121,7 +119,7 @@ def warn_before(scene, accuracy: float | None, bands: str | None = None) -> None
     promise = make_plan(scene, asked, scene.solver.patch_size).promise
     if asked < promise and not scene.solver.patch_size:
         say(f"warning: {scene.title}: an accuracy of {asked:.2%} cannot be promised for every reading here; "
-             f"{promise:.2%} can. The error bars will say what was reached.")
+             f"{promise:.2%} can. The error bars state what is reached.")
 
 
 def show_files(scene) -> None:
@@ -222,6 +220,11 @@ def leave_interrupted(kept: str) -> None:
     for asked in (signal.SIGINT, signal.SIGTERM):
         signal.signal(asked, signal.SIG_DFL)  # a second signal ends the program at once
     leave(f"interrupted; {kept}.", 128 + signal.SIGTERM if _interrupted == signal.SIGTERM else 1)
+
+
+def leave_with_readings(omitted: str = "") -> None:
+    """End an interrupted run that has printed readings; omitted : words about what is not there."""
+    leave_interrupted(f"each reading is the last one known, with its own error bar{omitted}")
 
 
 def _stop_if_asked() -> None:

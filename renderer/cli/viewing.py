@@ -12,14 +12,14 @@ def view(scene: str = "furnished_room", *, rainbow: Annotated[bool, Parameter(ne
          solving: Solving | None = None, output: Output | None = None) -> None:
     """A window on one room: turn it, click for a reading, switch to pseudocolour and to RGB by keys.
 
-    Readings are said again on the terminal when it is closed. Without a display: renderer report.
+    Prints the readings when it is closed. Without a display take renderer report.
 
     Parameters
     ----------
     scene
         A scene file, or the name of a packaged room.
     rainbow
-        Pseudocolour in the rainbow's colours; else in viridis, which the colour-blind can read too.
+        Pseudocolour in rainbow colours; by default in viridis, which colour-blind people can read too.
     """
     from renderer.pictures.pseudocolour import COLOUR_MAP, RAINBOW
     from renderer.pictures.window.clicks import band_title, numbers

@@ -16,11 +16,6 @@ from renderer.colour.tables import cie_1931, d65
 K_M = 683.0
 """Maximum luminous efficacy of radiation [lm/W], photopic (CIE 15:2018; SI: 683 at 540 THz)."""
 
-MAX_SPECTRAL_BAND_NM = 10.001
-"""Widest band [nm] from which a spectrum is read, with room for rounding. With 16 bands (20 nm) CCT errs by
-up to 1 %, R_a by 1 and α-opic light by 3 %; with 9 bands by 7 %, 4 and 10 %
-(benchmarks/colour_readings.py)."""
-
 
 def _bt709_to_xyz() -> np.ndarray:
     """Matrix (3, 3) from linear BT.709 to XYZ, from the primaries and the white point of ITU-R BT.709-6."""
@@ -63,7 +58,9 @@ class BandSet:
     @property
     def knows_spectrum(self) -> bool:
         """Whether a spectrum, and what follows from it, can be read: intervals of 10 nm or less."""
-        return self.edges is not None and self.widths.max() <= MAX_SPECTRAL_BAND_NM
+        # 10 nm, with room for rounding. With 16 bands (20 nm) CCT errs by up to 1 %, R_a by 1 and α-opic
+        # light by 3 %; with 9 bands by 7 %, 4 and 10 % (benchmarks/colour_readings.py).
+        return self.edges is not None and self.widths.max() <= 10.001
 
     @property
     def luminous(self) -> np.ndarray:
@@ -139,7 +136,6 @@ def prefiltered(light: np.ndarray, primaries: np.ndarray = XYZ_TO_SHARP) -> Band
 
 
 BAND_SETS = ("rgb", "rgb-prefiltered", "6", "9", "16", "31", "61")
-COMPARED_BAND_SETS = ("rgb", "rgb-prefiltered", "31")
 """Band sets that pictures and tables show side by side."""
 
 

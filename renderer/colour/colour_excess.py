@@ -11,13 +11,10 @@ import numpy as np
 
 from renderer.colour.bands import LUMINANCE_WEIGHTS
 
-DAYLIGHT_SHARE, RED_SHARE, REDDEST = 0.53, 1.5, 0.4
-"""Error of RGB over colour excess under D65; what each part of red in the lamp's lumens beyond D65's adds;
-and the part past which nothing is added: least squares over the study's first 75 rooms of even number."""
-WARNED = 5.0
-"""Error [%] from which a warning is given."""
-LIKELY = (0.6, 1.4)
-"""Multiples of that error between which two of three rooms' mean errors lie."""
+MAX_RED_SHARE = 0.4
+"""Share of red in a lamp's lumens above which more red does not increase the error of RGB further."""
+MIN_WARNED_PERCENT = 5.0
+"""Smallest error [%] for which a warning is given."""
 
 
 def colour_excess(rgb: np.ndarray, indirect_share=None) -> np.ndarray:
@@ -37,8 +34,12 @@ def colour_excess(rgb: np.ndarray, indirect_share=None) -> np.ndarray:
 
 
 def error_per_excess(red: np.ndarray) -> np.ndarray:
-    """Error of RGB over colour excess (…); red : (…) red share of the lamp's lumens in RGB."""
-    return DAYLIGHT_SHARE + RED_SHARE * (np.minimum(red, REDDEST) - LUMINANCE_WEIGHTS[0])
+    """Error of RGB over colour excess (…); red : (…) red share of the lamp's lumens in RGB.
+
+    0.53 under D65, and more where the share is larger than D65's: least squares over the first 75 rooms of
+    even number in the study (docs/answer.md).
+    """
+    return 0.53 + 1.5 * (np.minimum(red, MAX_RED_SHARE) - LUMINANCE_WEIGHTS[0])
 
 
 def favours_red(rgb: np.ndarray) -> np.ndarray:

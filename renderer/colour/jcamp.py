@@ -8,10 +8,6 @@ import numpy as np
 from renderer.colour.spectral_cells import cell_rows, decimal_sign, needed
 from renderer.colour.spectral_table import SpectralTable, sorted_table
 
-LABELLED = re.compile(r"\s*##(?P<label>[^=]*)=(?P<value>.*)")
-VALUE_LABELS = ("XYPOINTS", "XYDATA", "PEAKTABLE")
-NANOMETRES = {"NANOMETERS": 1.0, "NANOMETRES": 1.0, "NM": 1.0, "MICROMETERS": 1000.0, "MICROMETRES": 1000.0}
-
 
 def is_jcamp(lines: list[str]) -> bool:
     """Whether lines are those of a JCAMP-DX file."""
@@ -21,15 +17,16 @@ def is_jcamp(lines: list[str]) -> bool:
 def read_jcamp(lines: list[str]) -> SpectralTable:
     """The spectra of a file, one a block. Raises ValueError with a sentence."""
     blocks, header, table = [], {}, None
+    labelled = re.compile(r"\s*##(?P<label>[^=]*)=(?P<value>.*)")
     for number, line in enumerate(lines, 1):
-        match = LABELLED.match(line)
+        match = labelled.match(line)
         if match is None:
             if table is not None:
                 table.append(line)
             continue
         label = re.sub(r"[\s\-_/]", "", match["label"]).upper()
         table = None
-        if label in VALUE_LABELS:
+        if label in ("XYPOINTS", "XYDATA", "PEAKTABLE"):
             form = re.sub(r"\s", "", match["value"]).upper()
             if not form.startswith("(XY..XY)"):
                 raise ValueError(f"holds its values in line {number} as {form[:20]!r}; only pairs, "
@@ -52,7 +49,9 @@ def read_jcamp(lines: list[str]) -> SpectralTable:
 def _samples(header: dict[str, str], lines: list[str]) -> tuple[np.ndarray, np.ndarray]:
     """Wavelengths [nm] and values (n,) of a block."""
     unit = header.get("XUNITS", "").upper()
-    if unit not in NANOMETRES:
+    nanometres = {"NANOMETERS": 1.0, "NANOMETRES": 1.0, "NM": 1.0,
+                  "MICROMETERS": 1000.0, "MICROMETRES": 1000.0}
+    if unit not in nanometres:
         raise ValueError(f"has ##XUNITS={unit[:20]!r}; must be NANOMETERS or MICROMETERS. Convert it")
     rows = cell_rows(lines)
     point = decimal_sign(rows)
@@ -63,7 +62,7 @@ def _samples(header: dict[str, str], lines: list[str]) -> tuple[np.ndarray, np.n
     pairs = np.array([[needed(row, k, point) for k in (0, 1)] for row in rows])
     factors = [_factor(header, name) for name in ("XFACTOR", "YFACTOR")]
     percent = 100.0 if "%" in header.get("YUNITS", "") else 1.0
-    return pairs[:, 0] * factors[0] * NANOMETRES[unit], pairs[:, 1] * factors[1] / percent
+    return pairs[:, 0] * factors[0] * nanometres[unit], pairs[:, 1] * factors[1] / percent
 
 
 def _factor(header: dict[str, str], name: str) -> float:

@@ -10,15 +10,14 @@ from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import munsell_chips
 from renderer.errors import InputError
 
-_NOTATION = re.compile(r"(?:N|(\d+(?:\.\d*)?)\s*([A-Z]{1,2}))\s*(\d+(?:\.\d*)?)\s*(?:/\s*(\d+(?:\.\d*)?)?)?")
-
 
 def parsed(notation: str) -> tuple[float, float, float] | None:
     """Hue 0 … 100 round the circle, value 0 … 10 and chroma; None for text that is no Munsell notation.
 
     "5R 4/14" is (5, 4, 14); a neutral, "N 5/" or "N 5", has chroma 0.
     """
-    found = _NOTATION.fullmatch(" ".join(notation.upper().split()))
+    form = re.compile(r"(?:N|(\d+(?:\.\d*)?)\s*([A-Z]{1,2}))\s*(\d+(?:\.\d*)?)\s*(?:/\s*(\d+(?:\.\d*)?)?)?")
+    found = form.fullmatch(" ".join(notation.upper().split()))
     hues = ("R", "YR", "Y", "GY", "G", "BG", "B", "PB", "P", "RP")
     if not found or (found[2] and (found[2] not in hues or found[4] is None)):
         return None
@@ -58,8 +57,8 @@ def munsell_chip(notation: str, where: str) -> Spectrum:
     wanted = parsed(notation)
     if wanted is None:
         near = difflib.get_close_matches(notation.upper(), names, n=3, cutoff=0.0)
-        raise InputError(f"{where} is {notation!r}, no Munsell notation; write hue value/chroma, for "
-                         f"example {', '.join(repr(name) for name in near)}.")
+        raise InputError(f"{where} is {notation!r}, which is not Munsell notation; write hue value/chroma, "
+                         f"for example {', '.join(repr(name) for name in near)}.")
     if wanted[2] == 0:
         return neutral(wanted[1], where, notation)
     far = nickerson_differences(wanted)

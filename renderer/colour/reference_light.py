@@ -4,9 +4,6 @@ import numpy as np
 
 from renderer.colour.tables import cie_1931, daylight_series
 
-PLANCK_C2 = 1.4388e-2
-"""Second radiation constant [m K]."""
-
 
 def black_body(kelvin: np.ndarray) -> np.ndarray:
     """Relative spectral power (…, 471) of black bodies (…) [K] at 360–830 nm, 1 nm; the largest value is 1.
@@ -14,7 +11,8 @@ def black_body(kelvin: np.ndarray) -> np.ndarray:
     For an infinite temperature the curve is λ⁻⁴.
     """
     metres = cie_1931()[0] * 1e-9
-    inverse = PLANCK_C2 / metres / np.asarray(kelvin, dtype=float)[..., None]
+    c2 = 1.4388e-2  # second radiation constant [m K]
+    inverse = c2 / metres / np.asarray(kelvin, dtype=float)[..., None]
     exponent = np.where(inverse > 0, inverse, 1.0)
     log = np.where(inverse > 0, -5 * np.log(metres) - exponent - np.log(-np.expm1(-exponent)),
                    -4 * np.log(metres))

@@ -12,14 +12,6 @@ from renderer.errors import InputError
 from renderer.system.charsets import decode
 from renderer.system.input_files import read_input
 
-SPECTRAL_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".spd", ".spdx", ".sp", ".ti3", ".cgats",
-                     ".jdx", ".dx", ".ttt", ".trt", ".irr", ".jaz", ".ccss")
-"""Endings of spectral files; a name with one of them is a file, and no illuminant."""
-TM27_QUANTITIES = {
-    "a reflectance": ("reflectance", "r-factor", "relative", "other"),
-    "a lamp's power": ("flux", "intensity", "irradiance", "radiance", "exitance", "relative", "other")}
-"""Quantities of IES TM-27-14 that serve for each kind of spectrum."""
-
 
 @dataclass(frozen=True)
 class Spectrum:
@@ -36,7 +28,9 @@ class Spectrum:
 def spectral_file(name: str, folder: Path = Path()) -> bool:
     """Whether a name is that of a spectral file: by its ending, or because the file exists."""
     suffix = Path(plain := name.partition("#")[0]).suffix
-    return suffix.lower() in SPECTRAL_SUFFIXES or (bool(suffix) and isfile(folder / plain))
+    suffixes = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".spd", ".spdx", ".sp", ".ti3", ".cgats",
+                ".jdx", ".dx", ".ttt", ".trt", ".irr", ".jaz", ".ccss")
+    return suffix.lower() in suffixes or (bool(suffix) and isfile(folder / plain))
 
 
 def read_spectrum(path: Path, where: str, kind: str) -> Spectrum:
@@ -44,7 +38,7 @@ def read_spectrum(path: Path, where: str, kind: str) -> Spectrum:
 
     path : "file.csv#3" and "file.csv#name" choose one of several spectra in a file
     where : scene file and key, for messages
-    kind : a key of TM27_QUANTITIES
+    kind : "a reflectance" or "a lamp's power"
 
     Raises InputError.
     """
@@ -64,11 +58,15 @@ def read_spectrum(path: Path, where: str, kind: str) -> Spectrum:
 def _samples(data: bytes, path: Path, kind: str, column: str | None) -> tuple[np.ndarray, np.ndarray]:
     """Wavelengths (n,) [nm] and values (n,) of one spectrum of a file. Raises ValueError with a sentence."""
     text = decode(data)
+    # Quantities of IES TM-27-14 that serve for each kind of spectrum.
+    serving = {
+        "a reflectance": ("reflectance", "r-factor", "relative", "other"),
+        "a lamp's power": ("flux", "intensity", "irradiance", "radiance", "exitance", "relative", "other")}
     if text.lstrip().startswith("<") or path.suffix.lower() == ".spdx":
         quantity, table = read_tm27(text)
-        if quantity not in TM27_QUANTITIES[kind]:
+        if quantity not in serving[kind]:
             raise ValueError(f"holds the quantity {quantity[:30]!r}, which is not {kind}; must be "
-                             f"{', '.join(TM27_QUANTITIES[kind][:-1])} or other. Give another file")
+                             f"{', '.join(serving[kind][:-1])} or other. Give another file")
     else:
         table = read_spectral_text(text)
     return table.column(column)

@@ -6,10 +6,6 @@ import numpy as np
 
 from renderer.colour.spectral_table import SpectralTable
 
-QUANTITIES = ("flux", "absorptance", "transmittance", "reflectance", "intensity", "irradiance", "radiance",
-              "exitance", "r-factor", "t-factor", "relative", "other")
-"""Quantities of IES TM-27-14. Some files name a unit instead, which counts as "other"."""
-
 
 def read_tm27(text: str) -> tuple[str, SpectralTable]:
     """The quantity, in lower case, and the spectra of an IES TM-27 file. Raises ValueError with a
@@ -38,7 +34,10 @@ def read_tm27(text: str) -> tuple[str, SpectralTable]:
         raise ValueError(f"has the wavelength {nm[:-1][np.diff(nm) <= 0][0]:g} nm twice. Remove one of them")
     table = SpectralTable(nm, np.column_stack([values for _, values in columns]), [""] * len(columns),
                           [*range(1, len(columns) + 1)])
-    return quantity if quantity in QUANTITIES else "other", table
+    # Some files name a unit instead of a quantity.
+    known = quantity in ("flux", "absorptance", "transmittance", "reflectance", "intensity", "irradiance",
+                         "radiance", "exitance", "r-factor", "t-factor", "relative")
+    return quantity if known else "other", table
 
 
 def _name(element) -> str:

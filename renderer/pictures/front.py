@@ -7,8 +7,6 @@ from pathlib import Path
 from renderer.colour.bands import BAND_SETS
 from renderer.pictures.charts import new_figure, saved
 
-ASKED_COLOUR = "#2a8c3c"
-
 
 def save_front(title: str, settings: list, front: list, marked: list, floor: float, path: Path,
                asked: Sequence = (), peers: Sequence = (), note: str = "") -> Path:
@@ -69,8 +67,9 @@ def _add_asked(axes, asked: Sequence) -> None:
     if not asked:
         return
     errors = [100 * max(a.error, 1e-6) for a in asked]
-    axes.plot([a.seconds for a in asked], errors, color=ASKED_COLOUR, marker="P", ms=8, lw=1.6, zorder=6,
+    colour = "#2a8c3c"
+    axes.plot([a.seconds for a in asked], errors, color=colour, marker="P", ms=8, lw=1.6, zorder=6,
               label="--accuracy, with grids and bars")
     for a, error in zip(asked, errors, strict=True):
         axes.annotate(f"{100 * a.accuracy:g} %", (a.seconds, error), (5, 4), zorder=7, fontsize=8,
-                      textcoords="offset points", color=ASKED_COLOUR)
+                      textcoords="offset points", color=colour)

@@ -10,10 +10,10 @@ from renderer.pictures.charts import RATIO_TOLERANCE, new_figure, ratio_scale, s
 from renderer.pictures.image import encode
 from renderer.pictures.sheet import plain
 
-OWN = "own colour"
-AGAINST_RATIO = (("o", OWN, 46, "RGB within ±20 %"), ("v", "#c23b3b", 20, "RGB over 20 % too high"),
+OWN_COLOUR = "own colour"
+AGAINST_RATIO = (("o", OWN_COLOUR, 46, "RGB within ±20 %"), ("v", "#c23b3b", 20, "RGB over 20 % too high"),
                  ("^", "#3565b5", 20, "RGB over 20 % too low"))
-AGAINST_BOUNDS = (("o", OWN, 46, "safe beyond doubt"), ("^", "#7f9fd0", 30, "RGB can only be too low"),
+AGAINST_BOUNDS = (("o", OWN_COLOUR, 46, "safe beyond doubt"), ("^", "#7f9fd0", 30, "RGB can only be too low"),
                   ("v", "#d89090", 30, "RGB can only be too high"), (".", "#909090", 60, "either"),
                   ("X", "black", 46, "unsafe beyond doubt"))
 
@@ -54,8 +54,8 @@ def save_slices(rows: list[tuple[str, np.ndarray]], marks: tuple, title: str, pa
     for kind, (mark, colour, area, _) in enumerate(marks):
         chosen = index == kind
         axes.scatter(*place[chosen].T, marker=mark, s=area * (cell / 2.1) ** 2,
-                     c=paint[chosen] if colour == OWN else colour, linewidths=0.5,
-                     edgecolors="#505050" if colour == OWN else "none")
+                     c=paint[chosen] if colour == OWN_COLOUR else colour, linewidths=0.5,
+                     edgecolors="#505050" if colour == OWN_COLOUR else "none")
     axes.add_collection(PatchCollection([Rectangle((x - 0.07, y - 0.07), 1.04, 1.04) for x, y in
                                          zip(x0, y0, strict=True)], fc="none", ec="#303030", lw=0.7))
     for k, (x, y) in enumerate(zip(x0, y0, strict=True)):
@@ -86,9 +86,9 @@ def save_slices(rows: list[tuple[str, np.ndarray]], marks: tuple, title: str, pa
 def _legend(figure, marks: tuple) -> None:
     from matplotlib.lines import Line2D
 
-    shown = [Line2D([], [], ls="none", marker=mark, ms=8 if colour == OWN else 6,
-                    mfc="#cfa56a" if colour == OWN else colour,
-                    mec="#505050" if colour == OWN else "none", label=label)
+    shown = [Line2D([], [], ls="none", marker=mark, ms=8 if colour == OWN_COLOUR else 6,
+                    mfc="#cfa56a" if colour == OWN_COLOUR else colour,
+                    mec="#505050" if colour == OWN_COLOUR else "none", label=label)
              for mark, colour, _, label in marks]
     figure.legend(handles=shown, loc="lower center", ncols=len(shown), frameon=False, fontsize=9,
                   bbox_to_anchor=(0.5, 0.0))

@@ -12,10 +12,6 @@ from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.transport import Transport
 
-LAMP_RAYS = 987
-"""Rays through the part of a pixel that a luminaire may cover: a Fibonacci number, for a Fibonacci
-lattice."""
-
 
 def lamp_shares(transport: Transport, camera: Pinhole, middles: np.ndarray, corners: np.ndarray):
     """Pixels (m,) with an edge of a luminaire, the luminaires' surfaces (m,), the shares (m,) that they
@@ -65,8 +61,9 @@ def _hit(transport: Transport, camera: Pinhole, surface: np.ndarray, low: np.nda
     The rays form a Fibonacci lattice: even for slanted edges, and each in a column and a row of its own for
     upright ones (H. Niederreiter and I. H. Sloan, J. Comput. Appl. Math. 51, 1994, 57).
     """
-    k = np.arange(LAMP_RAYS)
-    square = np.stack([k + 0.5, k * 610 % LAMP_RAYS + 0.5], axis=1) / LAMP_RAYS
+    rays = 987  # a Fibonacci number
+    k = np.arange(rays)
+    square = np.stack([k + 0.5, k * 610 % rays + 0.5], axis=1) / rays
     share = np.empty(len(surface))
 
     def work(start: int, stop: int) -> None:
@@ -77,5 +74,5 @@ def _hit(transport: Transport, camera: Pinhole, surface: np.ndarray, low: np.nda
         met = np.where(met >= 0, transport.mesh.surface[met], -1).reshape(x.shape)
         share[part] = (met == surface[part, None]).mean(axis=1)
 
-    in_threads(work, len(surface), CHUNK // LAMP_RAYS)
+    in_threads(work, len(surface), CHUNK // rays)
     return share

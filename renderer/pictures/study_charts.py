@@ -6,9 +6,6 @@ import numpy as np
 
 from renderer.system.files import whole_file
 
-GREYS = ("0.75", "0.5", "0.15")
-MARKERS = ("o", "s", "^")
-
 
 def _figure(width: float = 7.5, height: float = 4.2, columns: int = 1):
     from matplotlib.figure import Figure
@@ -37,7 +34,7 @@ def bars_within(
             values,
             width,
             label=name,
-            color=GREYS[k % 3],
+            color=("0.75", "0.5", "0.15")[k % 3],
             hatch=("", "///", "xxx")[k % 3],
             edgecolor="k",
             linewidth=0.5,
@@ -77,7 +74,7 @@ def models_by_cost(path: Path, models: dict[str, tuple[int, list[float]]], bound
     figure, axes = _figure()
     for k, bound in enumerate(bounds):
         bands = [bands for bands, _ in models.values()]
-        axes.plot(bands, [shares[k] for _, shares in models.values()], MARKERS[k], color="k",
+        axes.plot(bands, [shares[k] for _, shares in models.values()], ("o", "s", "^")[k], color="k",
                   fillstyle=("full", "none", "bottom")[k], label=f"within {bound:g} %")
     for name, (bands, shares) in models.items():
         axes.annotate(name, (bands, shares[0]), xytext=(4, -9), textcoords="offset points", fontsize=7)

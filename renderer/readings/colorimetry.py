@@ -12,8 +12,6 @@ from renderer.readings.rendering import colour_rendering, uv_1960
 MAX_DUV = 0.05
 """Distance from the Planckian locus (Duv) above which a correlated colour temperature has no meaning (CIE
 15:2018, 9.4)."""
-MIN_CCT, MAX_CCT = 1000.0, 100_000.0
-"""Range of correlated colour temperatures [K] that are reported."""
 COLOUR = ("xy", "cct_K", "duv", "cri_ra", "cri_r9", "tm30_rf", "tm30_rg")
 """Names of the colour quantities, as in records."""
 
@@ -45,8 +43,8 @@ def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, fl
     """CCT [K] and Duv of CIE 1931 x, y: the nearest point of the Planckian locus in CIE 1960 u, v, and the
     distance from it, positive above the locus (Y. Ohno, Leukos 10, 2014).
 
-    The locus extends to the spectrum's red end, so Duv has a sign everywhere. CCT is None outside MIN_CCT to
-    MAX_CCT or MAX_DUV; both are None where there is no light.
+    The locus extends to the spectrum's red end, so Duv has a sign everywhere. CCT is None outside 1,000 to
+    100,000 K or MAX_DUV; both are None where there is no light.
     """
     if xy is None:
         return None, None
@@ -63,7 +61,7 @@ def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, fl
     at, offset = inverse[best], offsets[best]
     duv = float(np.copysign(np.linalg.norm(offset), offset[1]))  # as ANSI C78.377 has it
     cct = 1000 / at if at > 1e-12 else np.inf
-    white = abs(duv) <= MAX_DUV and MIN_CCT * (1 - 1e-6) <= cct <= MAX_CCT
+    white = abs(duv) <= MAX_DUV and 1000.0 * (1 - 1e-6) <= cct <= 100_000.0
     return (float(cct) if white else None), duv
 
 

@@ -4,18 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
-RGB_BAR_FACTOR = 2.0
-"""Factor on a reading's relative error for that of the difference between RGB and 31 bands
-(benchmarks/rgb_bars.py)."""
-ROOM_KINDS = frozenset((
-    "atrium", "bathroom", "bedroom", "classroom", "corridor", "gallery", "hall", "kitchen", "laboratory",
-    "library", "lobby", "museum", "office", "room", "shop", "stage", "studio", "ward", "workshop"))
-"""Last words of a title that a sentence may use as a common noun: "the office", not “Office”."""
-
-PREPOSITIONS = frozenset(("above", "at", "behind", "below", "beside", "between", "in", "inside", "near", "on",
-                          "outside", "over", "under"))
-"""First words of a photometer's name that need no "at" before them."""
-
 
 def rgb_error_percent(rgb: float, spectral: float) -> float | None:
     """100 (RGB ÷ 31 bands − 1) [%] of two illuminances [lx]; None where no light arrives."""
@@ -52,7 +40,9 @@ class Comparison:
         indirect = self.spectral - self.direct
         if self.percent is None or not indirect > 0:
             return 0.0
-        return RGB_BAR_FACTOR * abs(self.percent) * self.bar * (1 / indirect + 1 / self.spectral)
+        # The difference between RGB and 31 bands has twice the relative error of a reading
+        # (benchmarks/rgb_bars.py).
+        return 2.0 * abs(self.percent) * self.bar * (1 / indirect + 1 / self.spectral)
 
     @property
     def claimed(self) -> bool:
@@ -202,7 +192,11 @@ def share(one: Comparison) -> str:
 def room_name(title: str) -> str:
     """A room within a sentence: "the grey room" for "Grey room"; other titles in quotes."""
     words = title.split()
-    if not words or len(words) > 4 or words[-1].lower() not in ROOM_KINDS:
+    # Last words of a title that a sentence may use as a common noun: "the office", not “Office”.
+    kinds = ("atrium", "bathroom", "bedroom", "classroom", "corridor", "gallery", "hall", "kitchen",
+             "laboratory", "library", "lobby", "museum", "office", "room", "shop", "stage", "studio", "ward",
+             "workshop")
+    if not words or len(words) > 4 or words[-1].lower() not in kinds:
         return f"“{title}”"
     first = title[0].lower() if title[1:2].islower() else title[0]
     named = words[0].lower() in ("my", "our", "the", "a", "an")
@@ -211,7 +205,9 @@ def room_name(title: str) -> str:
 
 def at(name: str) -> str:
     """A photometer's place in a sentence: "at floor centre", "on the desk", "under the table"."""
-    return name if name.split()[:1] and name.split()[0].lower() in PREPOSITIONS else f"at {name}"
+    prepositions = ("above", "at", "behind", "below", "beside", "between", "in", "inside", "near", "on",
+                    "outside", "over", "under")
+    return name if name.split()[:1] and name.split()[0].lower() in prepositions else f"at {name}"
 
 
 def in_a_row(items: Sequence[str]) -> str:

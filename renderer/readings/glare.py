@@ -15,8 +15,6 @@ GLARE_POINTS = 64
 """Points all over a luminaire that the eye looks at, in each replica."""
 SMALL_AREA = 0.005
 """Projected area [m²] of a smaller luminaire, which glares by its intensity (CIE 147:2002)."""
-MIN_SOLID_ANGLE, MAX_SOLID_ANGLE = 0.0003, 0.1
-"""Range of solid angles [sr] for which the UGR was made (CIE 117)."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +137,7 @@ def _notes(lum: Luminaire, solid_angle: float) -> list[str]:
     """Notes on a source that CIE 117 does not cover."""
     if lum.is_point:
         return [f"is a point: rated by its intensity, as if of {SMALL_AREA} m² (CIE 147)"]
-    if not MIN_SOLID_ANGLE <= solid_angle <= MAX_SOLID_ANGLE:
-        return [f"fills {solid_angle:.2g} sr; UGR was made for {MIN_SOLID_ANGLE} to {MAX_SOLID_ANGLE} sr"]
+    smallest, largest = 0.0003, 0.1  # [sr], for which the UGR was made (CIE 117)
+    if not smallest <= solid_angle <= largest:
+        return [f"fills {solid_angle:.2g} sr; UGR was made for {smallest} to {largest} sr"]
     return []

@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from renderer.colour.colour_excess import LIKELY, WARNED, colour_excess, error_per_excess, favours_red
+from renderer.colour.colour_excess import MIN_WARNED_PERCENT, colour_excess, error_per_excess, favours_red
 from renderer.readings.finding import digits
 from renderer.scene.scene import Scene
-
-REMEDY = "--bands 31 gives the right value in hardly more time"
 
 
 def mean_reflectances(scene: Scene) -> np.ndarray:
@@ -16,7 +14,7 @@ def mean_reflectances(scene: Scene) -> np.ndarray:
 
 
 def likely_rgb_error(scene: Scene) -> str | None:
-    """The sentence; None where RGB is likely right within WARNED.
+    """The sentence; None where RGB is likely right within MIN_WARNED_PERCENT.
 
     By the rule of renderer.colour.colour_excess for a room lit evenly, since the indirect share is not known
     yet. docs/answer.md says how often it misleads.
@@ -25,14 +23,16 @@ def likely_rgb_error(scene: Scene) -> str | None:
     lumens = (scene.flux(bands) * bands.luminous).sum(axis=0)
     rgb = mean_reflectances(scene)
     excess = float(colour_excess(rgb))
-    if not lumens.sum() > 0 or excess < WARNED:
+    if not lumens.sum() > 0 or excess < MIN_WARNED_PERCENT:
         return None
+    remedy = "--bands 31 gives the right value in hardly more time"
     if not favours_red(rgb):
         return ("RGB may be off by 5 % or more here, too bright or too dark: the paints favour green or "
-                f"blue, and no rule says which. {REMEDY}")
+                f"blue, and no rule says which. {remedy}")
     error = excess * float(error_per_excess(lumens[0] / lumens.sum()))
-    if error < WARNED:
+    if error < MIN_WARNED_PERCENT:
         return None
-    low, high = (digits(bound * error) for bound in LIKELY)
+    # Two of three rooms' mean errors lie between these multiples of it.
+    low, high = digits(0.6 * error), digits(1.4 * error)
     return (f"RGB is likely {low} to {high} % too bright here on average over the surfaces, less where most "
-            f"light is direct: the paints favour red. {REMEDY}")
+            f"light is direct: the paints favour red. {remedy}")

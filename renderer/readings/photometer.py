@@ -23,9 +23,6 @@ The second one where rays go to the elements, whose errors cover the rest."""
 READING_RAYS = 1 << 10
 """Shadow rays from the meter to each luminaire in each replica; more in penumbrae."""
 
-MAX_KEPT_METERS = 50_000
-"""Largest number of patches times meters kept for the next room of the same shape: some 30 MB."""
-
 
 @dataclass(frozen=True)
 class MeterPlace:
@@ -138,7 +135,8 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     rays = _element_rays(transport) // (1 if own is None else 4)
     sensors = _sensors(transport, spot, rays)
     meter = Meter(_direct(transport, spot) if own is None else own.direct, sensors)
-    if (len(transport.meters) + 1) * len(transport.mesh.patches) <= MAX_KEPT_METERS:
+    # Patches times meters that are kept for the next room of the same shape: some 30 MB.
+    if (len(transport.meters) + 1) * len(transport.mesh.patches) <= 50_000:
         transport.meters[key] = meter
     return meter
 

@@ -7,11 +7,8 @@ import numpy as np
 
 READING_ROUNDING = 1e-6
 """Share of a reading below which no error bar is claimed."""
-ELEMENT_QUADRATURE = 1e-4
-"""Share of what surfaces send by which sums over a meter's elements, each up to 1/4,000 of its view, may err
-on any mesh (docs/verification.md)."""
 
-ORDER = 1.3
+CONVERGENCE_ORDER = 1.3
 """Order of convergence taken for all readings; 1.1 to 2.4 is observed (docs/verification.md)."""
 
 
@@ -88,7 +85,7 @@ def half_widths(meshes: np.ndarray, replicas: np.ndarray, steps: tuple[float, ..
     replicas : (s, 1 + n_surfaces) likewise by each replica; none where nothing is sampled
     steps : (k,) patch size of each mesh over that of the one before, as in `step_shares`
     quadrature : share of the reading by which sums over measured luminaires' openings may err on any mesh;
-        those over elements err by ELEMENT_QUADRATURE
+        those over elements err by 1e-4
     rare : from `rare_half_width` [lx]
 
     Mesh: the move of the reading from each mesh to the next; or, where that is more, the moves of what each
@@ -99,7 +96,8 @@ def half_widths(meshes: np.ndarray, replicas: np.ndarray, steps: tuple[float, ..
     apart = np.diff(meshes, axis=0)
     moved = np.maximum(np.abs(apart.sum(axis=1)), np.linalg.norm(apart, axis=1)) * step_shares(steps)
     reading = meshes[0].sum()
-    sums = np.hypot(quadrature * reading, ELEMENT_QUADRATURE * meshes[0, 1:].sum())
+    # Sums over elements, each up to 1/4,000 of a meter's view, may err by 1e-4 (docs/verification.md).
+    sums = np.hypot(quadrature * reading, 1e-4 * meshes[0, 1:].sum())
     mesh = np.hypot(np.sqrt((moved**2).mean()), sums)
     sampling = half_width(replicas.sum(axis=1)) if len(replicas) > 1 else 0.0
     return float(mesh + READING_ROUNDING * reading), float(np.hypot(sampling, rare))
@@ -110,9 +108,9 @@ def step_shares(steps: tuple[float, ...]) -> np.ndarray:
 
     steps : (k,) patch size of each mesh over that of the one before; below 1 for a finer mesh
 
-    For errors that grow as patch size to the power ORDER (P. J. Roache, J. Fluids Eng. 116(3), 1994,
-    doi:10.1115/1.2910291).
+    For errors that grow as patch size to the power CONVERGENCE_ORDER (P. J. Roache, J. Fluids Eng. 116(3),
+    1994, doi:10.1115/1.2910291).
     """
-    grown = np.array(steps) ** ORDER
+    grown = np.array(steps) ** CONVERGENCE_ORDER
     before = np.cumprod(grown) / grown
     return 1 / (before * np.abs(grown - 1))

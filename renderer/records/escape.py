@@ -1,17 +1,13 @@
-"""Light that leaves a room through holes of its mesh: how much, and what that does to the readings."""
+"""Light that leaves a room through holes of its mesh, and its effect on readings."""
 
 import numpy as np
 
 from renderer.records.json_records import escaped
 from renderer.solving.solution import Solution
 
-NOTHING_ESCAPES, LOCAL = 1e-6, 3.0
-"""Share of the lumens that may get out of a room without a word: what single precision lets through; and how
-many times the mean effect on readings one beside a hole may have."""
-
 
 def escapes(solution: Solution, figures: list) -> list[str]:
-    """What gets out through each hole and by how much that lowers readings, in sentences.
+    """Sentences about the light that leaves through each hole, and by how much it lowers readings.
 
     figures : the readings; holes that lower none of them in lx by as much as its bar are left out
     """
@@ -20,18 +16,18 @@ def escapes(solution: Solution, figures: list) -> list[str]:
     readings = [f for f in figures if f.unit == "lx"]
     for hole in escaped(solution):
         lower = loss(solution, hole["escaping_lm"])
-        if hole["escaping_lm"] < NOTHING_ESCAPES * lumens or (
-                readings and all(LOCAL * lower < f.uncertainty for f in readings)):
+        # Single precision loses 1e-6 of the light. Beside a hole readings fall by up to thrice the mean.
+        if hole["escaping_lm"] < 1e-6 * lumens or (
+                readings and all(3.0 * lower < f.uncertainty for f in readings)):
             continue
-        effect = f"closed with the mean of the other surfaces readings rise by some {lower:.2g} lx"
+        effect = f"with a surface of the mean reflectance there, readings would be some {lower:.2g} lx higher"
         if any(body.of_room for body in scene.bodies):
-            found.append(f"{hole['escaping_lm']:.4g} lm get out between the faces of the room's mesh, "
-                         f"through gaps and openings; {effect}. Close those that are none.")
+            found.append(f"{hole['escaping_lm']:.4g} lm leave between the faces of the room's mesh; "
+                         f"{effect}. Close what is no window.")
             continue
         at = ", ".join(f"{x:.4g}" for x in hole["middle"])
         found.append(f"the room is open: {hole['escaping_lm']:.4g} lm escape through {hole['name']!r}, "
-                     f"{hole['area_m2']:.3g} m² around [{at}]; {effect}. Close it in the mesh if it is no "
-                     "window.")
+                     f"{hole['area_m2']:.3g} m² around [{at}]; {effect}. Close it unless it is a window.")
     return found
 
 
@@ -48,9 +44,9 @@ def through_gaps(solution: Solution) -> float | None:
 
 
 def loss(solution: Solution, lumens: float) -> float:
-    """By how much readings are lower [lx], in the mean of all surfaces, for lumens that get out.
+    """Mean decrease [lx] of all readings by the lumens that leave.
 
-    Had these met the mean of the surfaces, the reflected part would spread as in an integrating sphere.
+    On a surface of the mean reflectance they would be reflected and spread as in an integrating sphere.
     """
     mesh, areas = solution.transport.mesh, solution.transport.exchange.areas
     luminous = solution.bands.luminous

@@ -1,6 +1,7 @@
 """Readings held against the requirements of a scene, with their error bars."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from renderer.readings.glare import Glare
 from renderer.readings.grid import GridReading
@@ -12,8 +13,14 @@ REQUIREMENT_NAMES = {
     "cri": ("colour rendering, Ra", "", ".0f"), "melanopic_edi_lx": ("melanopic EDI", "lx", ".0f"),
 }
 """Name, unit and format of each quantity that a scene may require."""
-MET, NOT_MET, UNDECIDED = "met", "not met", "within the error bar"
-"""Verdicts of a requirement."""
+
+
+class Verdict(StrEnum):
+    """Whether a requirement is met."""
+
+    MET = "met"
+    NOT_MET = "not met"
+    UNDECIDED = "within the error bar"
 
 
 @dataclass(frozen=True)
@@ -33,15 +40,15 @@ class Check:
     bar: float
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> Verdict:
         """Met or not met where the margin is more than the error bar; undecided elsewhere. UGR is an upper
         limit, all other quantities are lower limits."""
         if self.value is None:
-            return NOT_MET
+            return Verdict.NOT_MET
         spare = (self.asked - self.value) if self.key == "ugr" else (self.value - self.asked)
         if abs(spare) < self.bar:
-            return UNDECIDED
-        return MET if spare >= 0 else NOT_MET
+            return Verdict.UNDECIDED
+        return Verdict.MET if spare >= 0 else Verdict.NOT_MET
 
 
 def check_requirements(scene: Scene, records: dict[str, dict], grids: list[GridReading],

@@ -1,31 +1,23 @@
-"""All flat faces of a room and its bodies, and the closed shells that cut them or bury them."""
+"""The parts of a room's flat faces that face air, where closed shells of bodies cut or cover the faces."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from renderer.scene.doubled import earlier_in_place
 from renderer.scene.faces_in_axes import FaceInAxes
 from renderer.scene.flat import Parts, Polygon, polygon, rectilinear
-from renderer.scene.geometry import Rectangle, triangle_areas
+from renderer.scene.geometry import CONTACT_TOLERANCE, PARALLEL_TOLERANCE, Rectangle, triangle_areas
 from renderer.scene.shells import Shell
-
-OFF_SURFACE = 1e-7
-"""How far off a surface it is asked what is there, relative to the room's longest side: nearer surfaces are
-in contact."""
-OPPOSITE = 1e-9
-"""How far from −1 the cosine between the normals of two faces in contact may be."""
-PAIRS_AT_ONCE = 1 << 20
-"""Pairs of faces and triangles looked at together."""
 
 
 @dataclass(frozen=True)
 class Exposed:
-    """The flat parts of a surface without what is buried.
+    """The flat parts of a surface, without those inside solids.
 
-    sides : for each rectangle, polygon and triangle (k, 2) whether its front and its back face air; the back
-        of a room's surface or a solid's never does
-    cut : whether a shell or a sheet cuts some of them
+    sides : for each rectangle, polygon and triangle (k, 2), whether its front and its back face air; the back
+        of a room's or a solid's face never does
+    cut : whether a shell or a sheet cuts some of the parts
     """
 
     parts: Parts
@@ -34,7 +26,7 @@ class Exposed:
 
     @property
     def area(self) -> float:
-        """Area [m²] of which one side at least is exposed."""
+        """Area [m²] with one side or both exposed."""
         areas = (np.array([np.linalg.norm(np.cross(r.u, r.v)) for r in self.parts.rectangles]),
                  np.array([p.shape.area for p in self.parts.polygons]),
                  triangle_areas(self.parts.triangles))
@@ -42,10 +34,14 @@ class Exposed:
 
 
 class Arrangement:
-    """All faces of a room and the closed shells that may cover them."""
+    """All flat faces of a room and its bodies, and the closed shells that may cut or cover them.
+
+    scale : the room's longest side [m]
+    shells : the room's own first
+    """
 
     def __init__(self, scale: float, shells: list[Shell], faces: list[FaceInAxes]):
-        self.off, self.shells, self.faces = OFF_SURFACE * scale, shells, faces
+        self.off, self.shells, self.faces = CONTACT_TOLERANCE * scale, shells, faces
         self.low, self.high = np.array([shell.bounds for shell in shells]).swapaxes(0, 1)
         self.triangles = np.concatenate([shell.triangles for shell in shells])
         self.of_shell = np.repeat(np.arange(len(shells)), [len(shell.triangles) for shell in shells])
@@ -57,8 +53,10 @@ class Arrangement:
         self.levels: dict[tuple[int, int], float] = {}
 
     def solids_at(self, shell: int, points: np.ndarray) -> np.ndarray:
-        """How many shells enclose points (k, 3) just off faces of one (−1: of a sheet) that no other touches,
-        in what is not air (k,)."""
+        """Number of shells (k,) with solid matter at points (k, 3) just off faces that no other touches.
+
+        shell : the shell of the faces; −1 for a sheet
+        """
         total = self.shells[shell].own_at(points) if shell >= 0 else np.zeros(len(points))
         for index, other in enumerate(self.shells):
             near = ((self.low[index] <= points) & (points <= self.high[index])).all(axis=1) | (index == 0)
@@ -67,8 +65,11 @@ class Arrangement:
         return total
 
     def exposed(self, whole: list[Parts], new: set[int] = frozenset()) -> list[Exposed]:
-        """Of each surface what is exposed; whole : the surfaces' flat parts; new : of which not all are
-        faces here."""
+        """The exposed parts of each surface.
+
+        whole : flat parts of each surface
+        new : numbers of surfaces with flat parts that are not among the faces
+        """
         kept: list[list] = [[] for _ in whole]
         changed = [False for _ in whole]
         entire = self._entire()
@@ -84,8 +85,8 @@ class Arrangement:
                 for k, (parts, pieces, cut) in enumerate(zip(whole, kept, changed, strict=True))]
 
     def _crossing(self) -> dict[int, np.ndarray]:
-        """The triangles of shells that may cut each face (by its number): those that reach through the plane
-        just before it, or just behind a sheet, and near it."""
+        """Triangles of shells that may cut a face, by the number of the face: they are near it and cross the
+        plane just in front of it, or, for a sheet, just behind it."""
         import shapely
 
         low, high = self.triangles.min(axis=1) - self.off, self.triangles.max(axis=1) + self.off
@@ -97,8 +98,9 @@ class Arrangement:
         origin = np.array([f.origin for f in self.faces])
         sheet = np.array([f.shell < 0 for f in self.faces])
         found = np.zeros(len(face), dtype=bool)
-        for start in range(0, len(face), PAIRS_AT_ONCE):
-            part = slice(start, start + PAIRS_AT_ONCE)
+        batch = 1 << 20  # pairs
+        for start in range(0, len(face), batch):
+            part = slice(start, start + batch)
             k = face[part]
             height = np.einsum("kci,ki->kc", self.triangles[triangle[part]] - origin[k, None], normal[k])
             least, most = height.min(axis=1), height.max(axis=1)
@@ -112,8 +114,8 @@ class Arrangement:
                 zip(ends, np.split(triangle, ends[:-1]), strict=True)} if len(face) else {}
 
     def _entire(self) -> dict[int, bool]:
-        """Faces of closed shells that no section of a shell cuts, by their number: whether their front is
-        exposed. Sections that miss a face's frame, drawn in as `_pieces` draws in the face, cut nothing."""
+        """Whether the front is exposed, for each face of a closed shell that nothing cuts, by its number. No
+        section reaches into the bounding rectangle of such a face, made smaller as in `_pieces`."""
         some = [k for k, face in enumerate(self.faces)
                 if face.shell >= 0 and k not in self.earlier and not self._may_be_cut(k, face)]
         if not some:
@@ -134,7 +136,7 @@ class Arrangement:
         return dict(zip(some, (total <= 0).tolist(), strict=True))
 
     def _may_be_cut(self, k: int, face: FaceInAxes) -> bool:
-        """Whether the frame of a section with the plane just before a face reaches into the face's."""
+        """Whether the bounding rectangle of a section just in front of a face overlaps that of the face."""
         if k not in self.crossing:
             return False
         ends = self._section(face, self.triangles[self.crossing[k]], self.off)
@@ -143,7 +145,8 @@ class Arrangement:
 
     @staticmethod
     def _section(face: FaceInAxes, corners: np.ndarray, level: float) -> np.ndarray:
-        """Where triangles (k, 3, 3) meet the plane so far [m] before a face: ends (m, 2, 2) in its axes."""
+        """Ends (m, 2, 2), in the face's axes, of the lines where triangles (k, 3, 3) cross a plane parallel
+        to the face; level : height [m] of the plane above the face"""
         heights = (corners - face.origin) @ face.normal
         above = heights > level
         split = above.any(axis=1) & ~above.all(axis=1)
@@ -154,7 +157,7 @@ class Arrangement:
         return face.flat(np.stack([a + (b - a) * p / (p - q), a + (c - a) * p / (p - r)], axis=1))
 
     def _pieces(self, k: int, face: FaceInAxes) -> list[tuple]:
-        """A face's pieces, which of their sides are exposed, and whether it was cut."""
+        """Pieces of a face, each with its exposed sides and whether it is cut."""
         sheet, twins = face.shell < 0, self._twins(k, face)
         if not sheet and k not in self.crossing and not twins:
             return [(face, self._sides(face, face.middle), False)]
@@ -162,7 +165,7 @@ class Arrangement:
         inner = face.shape.buffer(-2 * self.off)
         if not any(line.intersects(inner) for line in lines):
             point = face.middle
-            if (sheet and self._again(k, face, point)) or self._in_some(twins, face, point):
+            if (sheet and self._already_covered(k, face, point)) or self._in_some(twins, face, point):
                 return [(face, (False, False), False)]
             return [(face, self._sides(face, point), False)]
         cells = self._cells(face, lines)
@@ -170,22 +173,22 @@ class Arrangement:
         sides = [(False, False) if self._in_some(twins, face, point[None]) else
                  self._sides(face, point[None]) for point in face.solid(points)]
         if sheet:
-            sides = [(False, False) if self._again(k, face, point[None]) else side
+            sides = [(False, False) if self._already_covered(k, face, point[None]) else side
                      for side, point in zip(sides, face.solid(points), strict=True)]
             return [piece for each in dict.fromkeys(sides) for piece in self._divided(
                 face, [c for c, side in zip(cells, sides, strict=True) if side == each], each)]
         return self._beside_contacts(k, face, cells, sides)
 
     def _beside_contacts(self, k: int, face: FaceInAxes, cells: list, sides: list) -> list[tuple]:
-        """Pieces of a solid's or the room's face without what is buried. What another face covers in contact
-        stays: the mesh cuts that out."""
+        """Pieces of a solid's or the room's face that are not inside solids. Areas that another face covers
+        in contact remain, because the mesh removes those."""
         import shapely
 
         open_ = [cell for cell, side in zip(cells, sides, strict=True) if side[0]]
         hidden = shapely.union_all([cell for cell, side in zip(cells, sides, strict=True) if not side[0]])
-        feet = [other.shape for other in self._coplanar(k, face, -1)]
-        if feet:
-            hidden = hidden.difference(shapely.union_all(feet).buffer(4 * self.off, join_style="mitre"))
+        covers = [other.shape for other in self._coplanar(k, face, -1)]
+        if covers:
+            hidden = hidden.difference(shapely.union_all(covers).buffer(4 * self.off, join_style="mitre"))
         if not open_:
             return [(face, (False, False), False)]
         if hidden.area < self.off * face.shape.length:
@@ -194,7 +197,7 @@ class Arrangement:
         return self._divided(face, list(getattr(left, "geoms", [left])), (True, False))
 
     def _divided(self, face: FaceInAxes, cells: list, sides: tuple[bool, bool]) -> list[tuple]:
-        """Cells that are exposed alike as rectangles and polygons, none a sliver."""
+        """Cells with the same exposed sides, joined into rectangles and polygons, without slivers."""
         import shapely
 
         joined = shapely.union_all(cells, grid_size=self.off / 100)
@@ -207,8 +210,8 @@ class Arrangement:
         return [(piece, sides, True) for piece in pieces]
 
     def _lines(self, k: int, face: FaceInAxes) -> list:
-        """The sections of shells with the planes just before a face, and just behind a sheet, and the
-        outlines of what lies in a sheet's plane, as shapely's lines in the face's axes."""
+        """Lines that divide a face, in its axes, for shapely: the sections of shells just in front of it; for
+        a sheet also those just behind it and the outlines of faces in its plane."""
         import shapely
 
         corners = self.triangles[self.crossing.get(k, np.zeros(0, dtype=int))]
@@ -237,21 +240,23 @@ class Arrangement:
         return bool(shapes) and any(shape.contains(shapely.Point(face.flat(point)[0])) for shape in shapes)
 
     def _coplanar(self, k: int, face: FaceInAxes, facing: int) -> list[FaceInAxes]:
-        """Faces of other surfaces, or of other shells, in a face's plane that overlap it and face like it (1)
-        or against it (−1), in its own axes."""
+        """Faces of other surfaces or shells in the plane of a face, in its axes, whose extents overlap.
+
+        facing : 1 for faces that look the same way, −1 for those that look the opposite way
+        """
         near = np.flatnonzero((self.boxes[:, 0] <= self.boxes[k, 1] + self.off).all(axis=1)
                               & (self.boxes[:, 1] >= self.boxes[k, 0] - self.off).all(axis=1))
         found = []
         for other in (self.faces[j] for j in near if j != k):
-            if (other.normal @ face.normal * facing > 1 - OPPOSITE
+            if (other.normal @ face.normal * facing > 1 - PARALLEL_TOLERANCE
                     and np.abs((other.corners - face.origin) @ face.normal).max() < 2 * self.off
                     and (face.shell < 0 or other.surface != face.surface)):
                 rings = tuple(face.flat(other.solid(ring)) for ring in other.rings)
-                own = other.surface, other.shell, other.face
-                found.append(FaceInAxes(*own, face.origin, face.axes, rings))
+                found.append(replace(other, origin=face.origin, axes=face.axes, rings=rings))
         return found
 
     def _cells(self, face: FaceInAxes, lines: list) -> list:
+        """The polygons into which lines divide a face, in its axes."""
         import shapely
 
         shape = face.shape
@@ -260,8 +265,8 @@ class Arrangement:
         inside = shape.buffer(2 * self.off)
         return [cell for cell in cells if cell.area > self.off * cell.length and inside.contains(cell)]
 
-    def _again(self, k: int, face: FaceInAxes, point: np.ndarray) -> bool:
-        """Whether an earlier sheet already is where a place (1, 3) of a sheet is."""
+    def _already_covered(self, k: int, face: FaceInAxes, point: np.ndarray) -> bool:
+        """Whether a sheet earlier in the list has the same place (1, 3) as this one."""
         import shapely
 
         place = shapely.Point(face.flat(point)[0])
@@ -277,7 +282,7 @@ class Arrangement:
         return front, self._solid_at(face, point - self.off * face.normal) <= 0
 
     def _solid_at(self, face: FaceInAxes, point: np.ndarray) -> float:
-        """How many shells enclose a place (1, 3) just off a face in what is not air."""
+        """Number of shells with solid matter at a place (1, 3) just off a face."""
         total = 0.0
         for index, shell in enumerate(self.shells):
             near = index == 0 or ((self.low[index] <= point[0]) & (point[0] <= self.high[index])).all()
@@ -289,7 +294,7 @@ class Arrangement:
         return total
 
     def _level(self, shell: int, of: int) -> float:
-        """How many times one shell encloses another that it does not cross."""
+        """Number of times that the shell `of` encloses another shell, which it does not cross."""
         if (shell, of) not in self.levels:
             triangle = self.shells[shell].triangles[0]
             normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
@@ -300,7 +305,10 @@ class Arrangement:
 
 
 def _gathered(pieces: list[tuple], whole: Parts | None, cut: bool) -> Exposed:
-    """Pieces (face, its exposed sides) of a surface; whole : its flat parts, where none was cut."""
+    """The exposed parts of a surface from its pieces and their exposed sides.
+
+    whole : the surface's flat parts where none is cut; None else
+    """
     of_kind = [[(face, sides) for face, sides in pieces if isinstance(face, kind)]
                for kind in (Rectangle, Polygon, np.ndarray)]
     sides = tuple(np.array([each for _, each in some], dtype=bool).reshape(-1, 2) for some in of_kind)

@@ -1,4 +1,4 @@
-"""Cavities of a heap of faces: the air that they enclose, on a grid whose cells are wider than gaps."""
+"""The air that faces enclose, on a grid of cells that are wider than gaps between the faces."""
 
 from dataclasses import dataclass
 
@@ -6,17 +6,9 @@ import numpy as np
 
 from renderer.scene.room import spelt, winding
 
-CELLS_ACROSS = 128
-"""Cells along the longest side of the faces' extent."""
 FACE_STEP = 0.4
 """Largest distance, in cells, between the points that mark a face, so that no path from cell to cell crosses
 a face between them."""
-MIN_ROOM_SHARE = 0.01
-"""Smallest volume of a room, relative to the whole extent; drawers and the inside of walls are smaller."""
-NEARLY = 0.9
-"""Distance from all faces, relative to the largest in a cavity, that counts as far."""
-CELLS_BESIDE = 2
-"""Largest distance, in cells, of a cavity from its walls and from places in it."""
 FACE, UNENCLOSED = -2, -1
 """Numbers of cells outside all cavities: with a face, and with air that is not enclosed."""
 
@@ -71,7 +63,8 @@ class Cavities:
         from scipy import ndimage
 
         cells = np.isin(self.cell, chosen)
-        near = ndimage.binary_dilation(cells, np.ones((3, 3, 3)), iterations=CELLS_BESIDE + self.reach)
+        # A cavity ends up to two cells from its walls, and from places in it.
+        near = ndimage.binary_dilation(cells, np.ones((3, 3, 3)), iterations=2 + self.reach)
         points, owner = points_on(triangles, FACE_STEP * self.pitch)
         return np.bincount(owner, near[self.index(points)], len(triangles)) > 0
 
@@ -88,7 +81,7 @@ def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) ->
     from scipy import ndimage
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    pitch = float((high - low).max()) / CELLS_ACROSS
+    pitch = float((high - low).max()) / 128
     low = low - 1.5 * pitch
     grid = np.zeros(np.ceil((high - low) / pitch + 1.5).astype(int), dtype=bool)
     grid[tuple(np.floor((points_on(triangles, FACE_STEP * pitch)[0] - low) / pitch).astype(int).T)] = True
@@ -105,7 +98,8 @@ def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) ->
         each.append(Cavity(low + (start + _deepest(inner) - 0.5) * pitch,
                            extent := (np.array(inner.shape) - 1 + 2 * reach) * pitch,
                            float(np.prod(extent) if reach else inner.sum() * pitch**3)))
-    large = [k for k, one in enumerate(each) if one.volume > MIN_ROOM_SHARE * np.prod(high - low)]
+    # Drawers and the inside of walls are smaller than a hundredth of the whole extent.
+    large = [k for k, one in enumerate(each) if one.volume > 0.01 * np.prod(high - low)]
     places = np.array([each[k].place for k in large]).reshape(-1, 3)
     depth = -winding(places, triangles[closed]) if closed.any() else np.zeros(len(places))
     least = depth.min(initial=np.inf) + 0.5
@@ -118,7 +112,7 @@ def _deepest(inner: np.ndarray) -> np.ndarray:
     from scipy import ndimage
 
     depth = ndimage.distance_transform_edt(inner)
-    far = np.argwhere(depth > NEARLY * depth.max())
+    far = np.argwhere(depth > 0.9 * depth.max())
     return far[np.abs(far - (np.array(inner.shape) - 1) / 2).sum(axis=1).argmin()]
 
 

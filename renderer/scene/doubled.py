@@ -4,9 +4,6 @@ import numpy as np
 
 from renderer.scene.faces_in_axes import FaceInAxes
 
-SAME_NORMAL = 4e-5
-"""Largest distance between unit normals of faces in one plane."""
-
 
 def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> dict[int, list[int]]:
     """For each face of a solid, by its number, the earlier faces of its surface, in its plane and facing like
@@ -24,8 +21,8 @@ def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> 
     normal = np.array([faces[k].normal for k in some])
     height = np.einsum("ki,ki->k", np.array([faces[k].origin for k in some]), normal)
     surface = np.array([faces[k].surface for k in some], dtype=float)
-    # Within 1 of each other along each of five coordinates.
-    near = np.column_stack([normal / SAME_NORMAL, height / (2 * off), 4 * surface])
+    # Within 1 of each other along each of five coordinates; normals within 4e-5.
+    near = np.column_stack([normal / 4e-5, height / (2 * off), 4 * surface])
     pairs = some[_within_one(near)]
     one, other = pairs.min(axis=1), pairs.max(axis=1)
     overlap = (boxes[one, 0] <= boxes[other, 1] + off) & (boxes[one, 1] >= boxes[other, 0] - off)

@@ -3,19 +3,15 @@
 from renderer.scene.room import distances, winding
 from renderer.scene.scene import Body, Scene
 
-LIKELY_LUMENS = 2e6
-"""Largest likely flux of a luminaire: ten times that of a stadium floodlight."""
-LIKELY_ROOM = (1.0, 200.0)
-"""Likely longest side [m] of a room from a file without a unit, smallest and largest."""
-
 
 def doubts(scene: Scene) -> list[str]:
     """Sentences about likely mistakes in a scene, without full stop."""
+    # Ten times the flux of a stadium floodlight.
     found = [f"luminaires {lum.name!r} gives {lum.lumens:.3g} lm, as much as {lum.lumens / 4000:.2g} "
              "office panels; check its flux or luminance, and the units of its size"
-             for lum in scene.luminaires if lum.lumens > LIKELY_LUMENS]
+             for lum in scene.luminaires if lum.lumens > 2e6]
     given = scene.table.get("room", {})
-    if "mesh" in given and "units" not in given and not LIKELY_ROOM[0] < scene.size.max() < LIKELY_ROOM[1]:
+    if "mesh" in given and "units" not in given and not 1.0 < scene.size.max() < 200.0:
         size = " × ".join(f"{x:.3g}" for x in scene.size)
         found.append(f"room.mesh is {size} m; give room.units, as \"mm\", if that is not its size")
     reach: dict[str, float] = {}

@@ -1,27 +1,24 @@
-"""What of each surface faces air: nothing inside a solid, outside the room, or of a sheet a second time.
+"""The parts of surfaces that face air: not inside a solid, not outside the room, and of equal sheets one.
 
-Whether a place faces air is asked of each closed shell, the room's and the solids', by its winding number
-just off the surface. A flat part that a shell crosses is first cut along that shell's section with its plane,
-so that each piece is exposed as a whole or not at all, and areas are right to rounding.
+A place faces air if the winding numbers of all closed shells, the room's and the solids', say so just off
+the surface. Flat parts that a shell crosses are cut along the shell's section with their plane, so that each
+piece is exposed as a whole or not at all, and areas are exact but for rounding.
 """
 
 import numpy as np
 
-from renderer.scene.arrangement import OFF_SURFACE, Arrangement, Exposed
+from renderer.scene.arrangement import Arrangement, Exposed
 from renderer.scene.faces_in_axes import faces_of
 from renderer.scene.flat import Parts, flat_parts
-from renderer.scene.geometry import signed_volume
+from renderer.scene.geometry import CONTACT_TOLERANCE, signed_volume
 from renderer.scene.room import Room
 from renderer.scene.shells import Shell, components, has_crowded_edges, solids_of
 
-MIN_GROUPED_TRIANGLES = 3000
-"""Triangles of all bodies from which on facets without neighbours of other shells are tested together."""
-
 
 def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
-    """Of each of the room's surfaces and then of each body what is exposed.
+    """The exposed parts of each of the room's surfaces, and then of each body.
 
-    bodies : with `mesh` and `closed`, as in Scene.
+    bodies : with `mesh` and `closed`, as in Scene
     """
     shells, faces, whole = [Shell(room.shell, -1, 0.0, room.convex)], [], []
     for index, parts in enumerate(room.surfaces.values()):
@@ -34,14 +31,15 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
         own = np.concatenate([piece.triangles for (_, piece), k in zip(pieces, of_solid, strict=True)
                               if k == solid])
         shells.append(Shell(own, 1, -1.0 if signed_volume(own) < 0 else 0.0, crowded=has_crowded_edges(own)))
-    fine, alone = sum(len(piece.faces) for _, piece in pieces) > MIN_GROUPED_TRIANGLES, []
+    # In large models facets without neighbours of other shells are tested together.
+    fine, alone = sum(len(piece.faces) for _, piece in pieces) > 3000, []
     for place, ((index, piece), solid) in enumerate(zip(pieces, of_solid, strict=True)):
         parts = bodies[index].parts if count[index] == 1 else flat_parts(piece)
         shell = int(solid) + 1 if solid >= 0 else -1
         if fine and len(parts.triangles):
             others = [s.triangles for k, s in enumerate(shells) if k != shell]
             others += [p.triangles for k, (_, p) in enumerate(pieces) if of_solid[k] < 0 and k != place]
-            clear = _clear(parts.triangles, np.concatenate(others), OFF_SURFACE * room.scale)
+            clear = _clear(parts.triangles, np.concatenate(others), CONTACT_TOLERANCE * room.scale)
             alone.append((len(whole) + index, shell, parts.triangles[clear]))
             parts = Parts(parts.rectangles, parts.polygons, parts.triangles[~clear])
         faces += faces_of(len(whole) + index, shell, parts)
@@ -54,7 +52,7 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
 
 
 def _clear(triangles: np.ndarray, others: np.ndarray, off: float) -> np.ndarray:
-    """Which triangles (k, 3, 3) have a box that no box of others (m, 3, 3) touches (k,)."""
+    """Whether the bounding box of each triangle (k, 3, 3) touches that of none of (m, 3, 3) others (k,)."""
     import shapely
 
     low, high = triangles.min(axis=1) - off, triangles.max(axis=1) + off
@@ -71,9 +69,9 @@ def _clear(triangles: np.ndarray, others: np.ndarray, off: float) -> np.ndarray:
 
 def _with_facets(arrangement: Arrangement, found: list[Exposed],
                  alone: list[tuple[int, int, np.ndarray]]) -> list[Exposed]:
-    """The same with facets that nothing else comes near, which are exposed or buried as a whole.
+    """Exposed parts with facets that no other shell is near: each is exposed as a whole, or covered.
 
-    alone : of each piece its surface, its shell (−1 of a sheet) and such triangles (k, 3, 3)
+    alone : for each piece its surface, its shell (−1 for a sheet) and such triangles (k, 3, 3)
     """
     for surface, shell, triangles in alone:
         normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])

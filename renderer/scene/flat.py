@@ -13,25 +13,19 @@ from renderer.scene.triangle_mesh import TriangleMesh
 from renderer.system.graph import pieces_of_graph
 from renderer.system.lazy import cached_property
 
-COPLANAR_TOLERANCE = 1e-6
-"""Largest distance from a plane, relative to the longest side of the room or object, of a point on that
-plane."""
-
 
 @dataclass(frozen=True)
-class Polygon:
-    """A flat polygon, with holes or without.
+class InPlane:
+    """A flat figure in axes of its own plane.
 
     origin : (3,) [m]
     axes : (2, 3) unit vectors at right angles; light leaves along their cross product
     rings : corners (k, 2) [m] in those axes, the outer ring counter-clockwise, holes clockwise
-    triangles : (k, 3, 3) [m] that make up the polygon
     """
 
     origin: np.ndarray
     axes: np.ndarray
     rings: tuple[np.ndarray, ...]
-    triangles: np.ndarray
 
     @cached_property
     def normal(self) -> np.ndarray:
@@ -40,10 +34,25 @@ class Polygon:
 
     @cached_property
     def shape(self):
-        """The polygon in its own axes, as a shapely Polygon."""
+        """The figure in its own axes, as a shapely Polygon."""
         import shapely
 
         return shapely.Polygon(self.rings[0], self.rings[1:])
+
+    def flat(self, points: np.ndarray) -> np.ndarray:
+        """Points (…, 3) in the figure's axes (…, 2)."""
+        return (points - self.origin) @ self.axes.T
+
+    def solid(self, points: np.ndarray) -> np.ndarray:
+        """Points (…, 2) of the figure's axes in the room (…, 3)."""
+        return self.origin + points @ self.axes
+
+
+@dataclass(frozen=True)
+class Polygon(InPlane):
+    """A flat polygon, with holes or without; triangles : (k, 3, 3) [m] that make it up."""
+
+    triangles: np.ndarray
 
     @property
     def frame(self) -> np.ndarray:
@@ -57,14 +66,6 @@ class Polygon:
 
         flat = self.flat(points)
         return shapely.contains_xy(self.shape, flat[..., 0], flat[..., 1])
-
-    def flat(self, points: np.ndarray) -> np.ndarray:
-        """Points (…, 3) in the polygon's axes (…, 2)."""
-        return (points - self.origin) @ self.axes.T
-
-    def solid(self, points: np.ndarray) -> np.ndarray:
-        """Points (…, 2) of the polygon's axes in the room (…, 3)."""
-        return self.origin + points @ self.axes
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ def flat_parts(mesh: TriangleMesh, scale: float | None = None) -> Parts:
     scale : longest side [m] of the room or object that the mesh belongs to; None for the mesh's own
     """
     scale = scale or float(np.ptp(mesh.bounds, axis=0).max())
-    touch = COPLANAR_TOLERANCE * scale
+    touch = 1e-6 * scale  # largest distance of a point from a plane that it lies on
     group = _coplanar(mesh, touch)
     every = mesh.triangles
     # A small triangle without coplanar neighbours is a facet of a curved surface, a large one a polygon.

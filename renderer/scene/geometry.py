@@ -6,6 +6,11 @@ import numpy as np
 
 from renderer.system.lazy import cached_property
 
+CONTACT_TOLERANCE = 1e-7
+"""Largest distance, relative to the room's longest side, between two surfaces in contact."""
+PARALLEL_TOLERANCE = 1e-9
+"""Distance from ±1 of the cosine between the normals of two faces that count as parallel."""
+
 
 def cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Cross product (3,) of two vectors: np.cross takes ten times as long for one pair."""

@@ -11,8 +11,6 @@ from renderer.errors import InputError
 from renderer.scene.meter_tables import PhotometerGridTable
 from renderer.scene.room import INSIDE_TOLERANCE, Room, outside
 
-MAX_GRID_POINTS = 10_000
-
 
 @dataclass(frozen=True)
 class Grid:
@@ -94,8 +92,9 @@ def _make_grid(table: PhotometerGridTable, room: Room, where: str) -> Grid:
     corner = corner + table.border * (u + v)
     largest = table.spacing or largest_cell(*inner)
     counts = tuple(cell_count(side, largest) for side in inner)
-    if counts[0] * counts[1] > MAX_GRID_POINTS:
-        raise InputError(f"{where}: {counts[0]} × {counts[1]} points; at most {MAX_GRID_POINTS} are read. "
+    most = 10_000
+    if counts[0] * counts[1] > most:
+        raise InputError(f"{where}: {counts[0]} × {counts[1]} points; at most {most} are read. "
                          "Give a larger spacing or a smaller area.")
     normal = np.cross(u, v) if table.normal is None else np.array(table.normal) / np.abs(table.normal).max()
     grid = Grid(table.name, corner, inner[0] * u, inner[1] * v, normal / np.linalg.norm(normal), counts,

@@ -7,15 +7,13 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.scene.flat import Parts, Polygon
-from renderer.scene.geometry import Rectangle, cross
+from renderer.scene.geometry import CONTACT_TOLERANCE, PARALLEL_TOLERANCE, Rectangle, cross
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.luminaires.measured import Measured
 
 if TYPE_CHECKING:
     from renderer.scene.scene import Scene
 
-CONTACT_TOLERANCE = 1e-7
-"""Largest distance, relative to the room's longest side, between a point and a plane that it touches."""
 MAX_MOUNTING_GAP = 0.005
 """Largest distance, relative to a luminaire's shorter side, from the surface behind it at which the luminaire
 is mounted on that surface: its face covers that part of the surface, and light into the gap is neglected."""
@@ -163,7 +161,7 @@ def stand_off(scene: "Scene", luminaire: Luminaire) -> Luminaire:
             gap = _lowest(luminaire, face, off)
             if gap is None:
                 continue
-            if luminaire.normal @ face.normal < -1 + 1e-9:
+            if luminaire.normal @ face.normal < -1 + PARALLEL_TOLERANCE:
                 raise InputError(f"{scene.path}: luminaires {luminaire.name!r} faces the surface it lies on, "
                                  "so none of its light enters the room. Turn its normal round.")
             # Several rectangles of one plane move it only once.
@@ -209,7 +207,7 @@ def seated(scene: "Scene", luminaire: Luminaire) -> Luminaire:
                                      f"which {sunk * luminaire.lumens:.4g} of its {luminaire.lumens:.4g} lm "
                                      "would go. Hang it a few centimetres lower, or give a file without "
                                      "that light.")
-            kept = [part for part in kept if part.normal @ face.normal > -1 + 1e-9
+            kept = [part for part in kept if part.normal @ face.normal > -1 + PARALLEL_TOLERANCE
                     or not _over(luminaire.center + part.middle, face, touch)]
     if len(kept) == len(luminaire.opening) or len(luminaire.opening) == 2:
         return luminaire

@@ -50,8 +50,8 @@ def place_object(entry: ObjectTable, where: str, folder: Path, used: Used, upsam
     group = np.empty(len(model.names), dtype=int)
     for index, (_, _, parts) in enumerate(groups):
         group[parts] = index
-    whole = TriangleMesh(transformed(model.heap.vertices, turn), model.heap.faces)
-    kind = 2 * group[model.heap.part] + (model.heap.solid < 0)
+    whole = TriangleMesh(transformed(model.shapes.vertices, turn), model.shapes.faces)
+    kind = 2 * group[model.shapes.part] + (model.shapes.solid < 0)
     order = np.argsort(kind, kind="stable")
     for faces in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
         label, material, _ = groups[kind[faces[0]] // 2]
@@ -93,7 +93,7 @@ def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsam
             raise InputError(f"{where}.materials names {name!r}, which {model.file} has not; {hint}Names in "
                              f"it: {shown}.")
     groups, once = {}, {}
-    for part in np.unique(model.heap.part):
+    for part in np.unique(model.shapes.part):
         names, colour = model.names[part], model.colours[part]
         given = next((name for name in names if name in entry.materials), None)
         if given is not None:

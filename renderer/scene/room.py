@@ -28,8 +28,24 @@ class Opening:
     area: float
 
 
+class Enclosed:
+    """What a surface encloses; shell : (k, 3, 3) [m], the surface as triangles"""
+
+    shell: np.ndarray
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """Lowest and highest corner (2, 3) [m]."""
+        return np.array([self.shell.min(axis=(0, 1)), self.shell.max(axis=(0, 1))])
+
+    @cached_property
+    def scale(self) -> float:
+        """The longest side [m], the reference of tolerances."""
+        return float(np.ptp(self.bounds, axis=0).max())
+
+
 @dataclass(frozen=True)
-class Room:
+class Room(Enclosed):
     """The inside of a closed surface, normals inward.
 
     surfaces : flat parts of each surface, by name
@@ -45,16 +61,6 @@ class Room:
     def shell(self) -> np.ndarray:
         """The whole surface as triangles (k, 3, 3) [m]."""
         return np.concatenate([parts.shell for parts in self.surfaces.values()])
-
-    @cached_property
-    def bounds(self) -> np.ndarray:
-        """Lowest and highest corner (2, 3) [m]."""
-        return np.array([self.shell.min(axis=(0, 1)), self.shell.max(axis=(0, 1))])
-
-    @cached_property
-    def scale(self) -> float:
-        """The longest side [m], the reference of tolerances."""
-        return float(np.ptp(self.bounds, axis=0).max())
 
     @cached_property
     def area(self) -> float:
@@ -123,7 +129,7 @@ def outline_room(outline, height: float, where: str) -> Room:
                          "one out (the last wall leads back to the first point by itself).")
     if lengths[short] < resolved:
         raise InputError(f"{where}.outline[{short}] and outline[{after}] are {lengths[short]:.3g} m apart; "
-                         f"in a room of {scale:g} m walls from {resolved:.2g} m are told apart. "
+                         f"in a room of {scale:g} m a wall must be {resolved:.2g} m long or more. "
                          "Leave one out.")
     origin = points.mean(axis=0)
     ring = shapely.Polygon(points - origin)

@@ -14,8 +14,8 @@ from renderer.scene.cavities import UNENCLOSED, Cavities, cavities
 from renderer.scene.flat import Parts, flat_parts
 from renderer.scene.gaps import strips_over_gaps
 from renderer.scene.geometry import Rectangle
-from renderer.scene.model_files.heap import Heap, volumes
 from renderer.scene.model_files.model import Model, read_model
+from renderer.scene.model_files.solids_and_sheets import SolidsAndSheets, volumes
 from renderer.scene.room import (
     INSIDE_TOLERANCE,
     Opening,
@@ -30,16 +30,16 @@ from renderer.scene.scene import Body
 from renderer.scene.surface_names import FACINGS, surface_names
 from renderer.scene.triangle_mesh import TriangleMesh
 
-ON_SURFACE = 0.4
-"""Least winding number of a solid about a place in it or on its surface."""
+MIN_SURFACE_WINDING = 0.4
+"""Smallest winding number of a solid at a place inside it or on its surface."""
 
 
-def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
-                 places: np.ndarray, inside: np.ndarray | None, where: str, root: Path | None,
-                 refusal: InputError, painted: tuple[str, ...] = FACINGS
-                 ) -> tuple[Room, list[Body], list[str]]:
-    """The room that a file's solids and sheets enclose, the bodies in it, and in sentences which of the
-    file's cavities the room is. Raises InputError.
+def room_in_the_open(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
+                     places: np.ndarray, inside: np.ndarray | None, where: str, root: Path | None,
+                     refusal: InputError, painted: tuple[str, ...] = FACINGS
+                     ) -> tuple[Room, list[Body], list[str]]:
+    """The room that a file's solids and sheets enclose, the bodies in it, and sentences about which of the
+    file's cavities it is. Raises InputError.
 
     places : (k, 3) [m] of the scene's luminaires and meters, which are inside the room
     inside : (3,) [m] in the cavity that is meant; where given, it decides instead of `places`
@@ -55,9 +55,9 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
             raise InputError(f"{where.removesuffix('.mesh')}.surfaces names {name!r}, which {path.name} "
                              f"has not; names in it: {shown}.")
     places, kept, said = _chosen(model, places, inside, where, refusal)
-    model = replace(model, heap=kept)
+    model = replace(model, shapes=kept)
     faces, solid = kept.faces.copy(), kept.solid
-    corners = model.heap.vertices[faces]
+    corners = model.shapes.vertices[faces]
     scale = float(np.ptp(model.bounds, axis=0).max())
     off = distances(places, corners) > INSIDE_TOLERANCE * scale  # on a surface is neither inside nor outside
     places = places[off] if off.any() else places
@@ -66,7 +66,7 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
         raise refusal if inside is None else InputError(
             f"{where.removesuffix('.mesh')}.inside is {spelt(inside)}, and more than half of all directions "
             f"from there meet none of {model.file}. Give a point in a room.")
-    faces = _turned_to(model.heap.vertices, faces, solid, places.mean(axis=0))
+    faces = _turned_to(model.shapes.vertices, faces, solid, places.mean(axis=0))
     if around is not None and volumes(kept.vertices, faces, np.where(solid == around, 0, 1), 2)[0] > 0:
         faces[solid == around] = faces[solid == around, ::-1]
     names, colours = _names(model, faces, named, materials, painted)
@@ -76,8 +76,8 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
                      for name in dict.fromkeys(names[own].tolist())}, colours=colours)
         rest = ~own & ((solid < 0) | np.isin(solid, solid[_within(corners, room.shell)]))
         _refuse_crossed(corners[own], corners[rest & (solid >= 0)], places, f"{where}: {model.file}")
-        if model.heap.contacts > 0:
-            shared = model.heap.contacts / 2
+        if model.shapes.contacts > 0:
+            shared = model.shapes.contacts / 2
             said.append(f"{model.file}: faces that its closed surfaces share, {shared:.3g} m², are "
                         "left out, so that what they close off is open to each other")
     else:
@@ -98,7 +98,7 @@ def room_of_heap(path: Path, units: str | None, up: str | None, named: list[str]
 def _over_gaps(model: Model, faces: np.ndarray, names: np.ndarray, scale: float
                ) -> tuple[list[Body], list[str]]:
     """The strips over gaps between faces, a body for each surface, and a sentence about them."""
-    strips = strips_over_gaps(model.heap.vertices, faces, scale)
+    strips = strips_over_gaps(model.shapes.vertices, faces, scale)
     if not len(strips.face):
         return [], []
     bodies, of = [], names[strips.face]
@@ -114,7 +114,7 @@ def _over_gaps(model: Model, faces: np.ndarray, names: np.ndarray, scale: float
 def refuse_several(path: Path, units: str | None, up: str | None, where: str, root: Path | None) -> None:
     """Raise InputError where a file holds several cavities, and no luminaire or meter is in one."""
     model = read_model(path, where, 1.0, units, up, root)
-    found = cavities(model.heap.vertices[model.heap.faces], model.heap.solid >= 0)
+    found = cavities(model.shapes.vertices[model.shapes.faces], model.shapes.solid >= 0)
     if len(found.rooms) > 1:
         raise _several(model, found, where)
 
@@ -130,12 +130,12 @@ def _listed(model: Model, found: Cavities) -> str:
 
 
 def _chosen(model: Model, places: np.ndarray, inside: np.ndarray | None, where: str, refusal: InputError
-            ) -> tuple[np.ndarray, Heap, list[str]]:
-    """Places (k, 3) that are inside, the faces about them, and what cavities there are, in sentences.
+            ) -> tuple[np.ndarray, SolidsAndSheets, list[str]]:
+    """Places (k, 3) inside the room, the faces around them, and sentences about the cavities.
 
-    Raises InputError where no place tells which is meant.
+    Raises InputError where no place says which cavity is meant.
     """
-    whole = model.heap
+    whole = model.shapes
     found = cavities(whole.vertices[whole.faces], whole.solid >= 0)
     given = places if inside is None else inside[None]
     chosen = found.of(given)
@@ -147,27 +147,27 @@ def _chosen(model: Model, places: np.ndarray, inside: np.ndarray | None, where: 
         return given, whole, []
     near = found.beside(chosen, whole.vertices[whole.faces])
     near |= np.isin(whole.solid, whole.solid[near & (whole.solid >= 0)])  # solids stay whole
-    heap = replace(whole, faces=whole.faces[near], part=whole.part[near], solid=whole.solid[near])
+    near_faces = replace(whole, faces=whole.faces[near], part=whole.part[near], solid=whole.solid[near])
     if len(found.rooms) < 2:
-        return given, heap, []
+        return given, near_faces, []
     which = " and ".join(f"number {found.rooms.index(k) + 1}" if k in found.rooms else str(found.each[k])
                          for k in chosen)
     how = "room.inside is in" if inside is not None else "luminaires and meters are in"
-    return given, heap, [f"{_listed(model, found)}; {how} {which}"]
+    return given, near_faces, [f"{_listed(model, found)}; {how} {which}"]
 
 
 def _refuse_crossed(own: np.ndarray, solids: np.ndarray, places: np.ndarray, what: str) -> None:
     """Raise InputError where places (k, 3) in a room's surface (n, 3, 3) are in it twice, or in another
     closed surface (m, 3, 3)."""
     depth = np.abs(winding(places, own)) - (winding(places, solids) if len(solids) else 0.0)
-    if (depth > 1 + ON_SURFACE).any():
+    if (depth > 1 + MIN_SURFACE_WINDING).any():
         raise InputError(f"{what} has two closed surfaces that cross about {spelt(places[depth.argmax()])}; "
                          "one is the room, and what is in the other is solid. Join them in the modeller.")
 
 
 def _within(corners: np.ndarray, shell: np.ndarray) -> np.ndarray:
     """Which triangles (k, 3, 3) are in a room of that shell (m, 3, 3), normals inward (k,)."""
-    return winding(corners.mean(axis=1), shell) > ON_SURFACE
+    return winding(corners.mean(axis=1), shell) > MIN_SURFACE_WINDING
 
 
 def _open_share(place: np.ndarray, corners: np.ndarray, count: int = 256) -> float:
@@ -180,7 +180,7 @@ def _open_share(place: np.ndarray, corners: np.ndarray, count: int = 256) -> flo
 
 
 def _part(model: Model, faces: np.ndarray) -> TriangleMesh:
-    return TriangleMesh(model.heap.vertices, faces).part(np.arange(len(faces)))
+    return TriangleMesh(model.shapes.vertices, faces).part(np.arange(len(faces)))
 
 
 def _enclosing(corners: np.ndarray, solid: np.ndarray, places: np.ndarray) -> int | None:
@@ -191,11 +191,11 @@ def _enclosing(corners: np.ndarray, solid: np.ndarray, places: np.ndarray) -> in
         own = corners[solid == k]
         turns = -winding(places, own)
         extent = np.prod(np.ptp(own.reshape(-1, 3), axis=0))
-        if (np.abs(turns) > ON_SURFACE).mean() > 0.5 and extent < size:
+        if (np.abs(turns) > MIN_SURFACE_WINDING).mean() > 0.5 and extent < size:
             found, size, inward = int(k), extent, bool(turns.mean() < 0)
     if found is None:
         return None
-    in_air = (-winding(places, corners[solid >= 0]) < ON_SURFACE).mean() > 0.5
+    in_air = (-winding(places, corners[solid >= 0]) < MIN_SURFACE_WINDING).mean() > 0.5
     return found if in_air == inward else None
 
 
@@ -211,10 +211,10 @@ def _turned_to(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray, place
 def _names(model: Model, faces: np.ndarray, named: list[str], materials: list[str],
            painted: tuple[str, ...]) -> tuple[np.ndarray, dict[str, tuple[float, ...]]]:
     """The surface of each face (k,), and the file's colours, as by `surface_names`."""
-    a, b, c = model.heap.vertices[faces].transpose(1, 0, 2)
+    a, b, c = model.shapes.vertices[faces].transpose(1, 0, 2)
     crosses = np.cross(b - a, c - a)
     rise = crosses[:, 2] / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)
-    return surface_names(model.heap.part, model.names, model.colours, rise, (named, materials), painted)
+    return surface_names(model.shapes.part, model.names, model.colours, rise, (named, materials), painted)
 
 
 def _box_around(bounds: np.ndarray, scale: float) -> Room:

@@ -7,7 +7,7 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.scene.room import INSIDE_TOLERANCE, Room, distances, refuse_place_outside, winding
 from renderer.scene.room_from_mesh import mesh_room
-from renderer.scene.room_in_the_open import refuse_several, room_of_heap
+from renderer.scene.room_in_the_open import refuse_several, room_in_the_open
 from renderer.scene.scene import Body
 from renderer.scene.schema import RoomTable
 from renderer.scene.surface_names import FACINGS
@@ -37,7 +37,7 @@ def room_of_file(table: RoomTable, places: np.ndarray, materials: list[str], pat
     except InputError as fault:
         refusal = fault
     try:
-        return room_of_heap(*file, places, inside, f"{path}: room.mesh", path.parent, refusal, painted)
+        return room_in_the_open(*file, places, inside, f"{path}: room.mesh", path.parent, refusal, painted)
     except InputError:
         if closed is None or not len(places) or inside is not None:
             raise

@@ -9,22 +9,12 @@ from renderer.scene.schema import SceneTable
 from renderer.scene.spelling import advice
 from renderer.system.text import quoted
 
-LONG_NUMBER = re.compile(r"\b(\d{7,}|0\.0{4,}\d+)\b")
-"""A limit that reads better as a power of ten."""
-OF_PYDANTIC = re.compile(r"\[key\]|constrained-float|(tuple|function-after)\[.*")
-"""Parts of a fault's place that name no key: which of several types was tried."""
-IN_TOML = ((r"a valid dictionary( or (an )?instance of \w+)?",
-            "one table, its keys under [name] in single brackets"),
-           ("a valid (list|tuple)", "a list in square brackets"),
-           ("a valid number", "a number, without quotation marks"),
-           ("a valid integer", "a whole number"), ("a valid string", "text in quotation marks"),
-           (" after validation", ""))
-"""Words of pydantic, and those of a scene file."""
-
 
 def explain(fault: dict) -> str:
     """One sentence about a fault that pydantic found: key, value, what is allowed, remedy."""
-    where = [part for part in fault["loc"] if not OF_PYDANTIC.fullmatch(str(part))]
+    # a part of the place that names no key but one of several types
+    tried_type = re.compile(r"\[key\]|constrained-float|(tuple|function-after)\[.*")
+    where = [part for part in fault["loc"] if not tried_type.fullmatch(str(part))]
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in where).lstrip(".")
     if fault["type"] == "extra_forbidden":
         word = str(where[-1])
@@ -54,11 +44,18 @@ def explain(fault: dict) -> str:
 
 def _allowed(said: str) -> str:
     """The condition in a message of pydantic, in the words of TOML."""
-    for words, ours in IN_TOML:
+    in_toml = ((r"a valid dictionary( or (an )?instance of \w+)?",
+                "one table, its keys under [name] in single brackets"),
+               ("a valid (list|tuple)", "a list in square brackets"),
+               ("a valid number", "a number, without quotation marks"),
+               ("a valid integer", "a whole number"), ("a valid string", "text in quotation marks"),
+               (" after validation", ""))
+    for words, ours in in_toml:
         said = re.sub(words, ours, said)
+    long_number = re.compile(r"\b(\d{7,}|0\.0{4,}\d+)\b")  # reads better as a power of ten
     for start in ("Input should", "String should", "List should", "Tuple should"):
         if said.startswith(start):
-            return "must" + LONG_NUMBER.sub(lambda number: f"{float(number[0]):g}", said[len(start):])
+            return "must" + long_number.sub(lambda number: f"{float(number[0]):g}", said[len(start):])
     return said
 
 

@@ -8,9 +8,6 @@ from renderer.scene.room import winding
 from renderer.scene.triangle_mesh import TriangleMesh
 from renderer.system.graph import pieces_of_graph
 
-MAX_PLANES = 64
-"""Triangles of a convex room up to which places are compared with each of its planes."""
-
 
 @dataclass(frozen=True)
 class Shell:
@@ -20,7 +17,7 @@ class Shell:
     sign : 1 for a solid, whose normals point into the air; −1 for the room
     own : winding number of the surface just before it: 0, or −1 before the wall of a hollow
     crowded : whether solids that may overlap share its edges, so that parts of it may be inside others
-    convex : whether it is a convex room's, whose planes tell what is inside
+    convex : whether it is a convex room's: what is behind all its planes is inside
     """
 
     triangles: np.ndarray
@@ -42,7 +39,7 @@ class Shell:
 
     def solid_at(self, points: np.ndarray) -> np.ndarray:
         """Number of times (k,) that the shell encloses points (k, 3) in solid matter."""
-        if self.convex and len(self.triangles) < MAX_PLANES:
+        if self.convex and len(self.triangles) < 64:  # few enough to compare with each of its planes
             a, b, c = self.triangles.swapaxes(0, 1)
             inward = np.cross(b - a, c - a)
             inside = points @ inward.T >= np.einsum("ki,ki->k", a, inward)

@@ -36,7 +36,7 @@ PROGRAM_BYTES = 300e6
 class Stage:
     """Approximate figures of one solve.
 
-    patches, other_patches : of the mesh, and of the second one that tells its error
+    patches, other_patches : of the mesh, and of the second one for its error
     rays, method : on the first mesh, as in a run's record
     seconds : for form factors, direct light and meters; memory : of the operators [bytes]
     expected : relative error bar, the widest of photometers and of grids' means and minima; None where none
@@ -201,8 +201,8 @@ def _sentences(scene: Scene, plan: Plan, bands: int, solved: int) -> tuple[list[
     if not plan.rays:
         left_out.append("visibility: the room is convex and nothing stands in it")
     if solved < bands:
-        left_out.append(f"{bands - solved} of {bands} bands: every surface reflects them like others, so "
-                        f"that their answers are multiples of the {solved} solved")
+        left_out.append(f"{bands - solved} of {bands} bands: all surfaces reflect them as one of the "
+                        f"{solved} bands solved, and their light is a multiple of that band's")
     if not any(lum.lumens for lum in scene.luminaires):
         left_out.append("interreflection: no luminaire gives light")
     left_out.append("pictures: a reading needs none")

@@ -16,7 +16,7 @@ from renderer.transport.radiosity.agglomerate import Groups, agglomerated
 from renderer.transport.radiosity.solve import BAR_TOLERANCE, radiosity
 from renderer.transport.transport import Transport
 
-FIRST_SHARE = 0.5
+FIRST_PATHS_SHARE = 0.5
 """Share of the paths expected to be needed that is followed first; meters whose bars are then too wide get
 more."""
 MIN_PATHS, MAX_PATHS = 32, 1 << 15
@@ -25,14 +25,11 @@ FEW_PATHS = 1000
 """Paths of a meter in each replica that take less time than a round."""
 SAMPLING_SHARE = 0.8
 """Share of the error asked that sampling may have."""
-MAX_PATH_STEPS = 6
-"""Most steps of a path. Each reduces the mesh's error by what surfaces absorb, and costs a fraction of a
-finer mesh."""
 
 
 @dataclass(frozen=True)
 class GatherFields:
-    """Light at the ends of paths (n_patches, n_bands), in the bands read and in others that tell its errors.
+    """Light at the ends of paths (n_patches, n_bands), in the bands read and in others for its errors.
 
     rgb : in RGB; replicas : likewise by each replica of the rays; by all rays where there are none
     coarser : on groups of patches, in RGB; these, narrow : on groups in the bands read, and in narrow ones
@@ -126,7 +123,7 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
     """
     watch, found = watch or Watch(), None
     asked = np.full(len(spots), accuracy * (2 if areas else 1))
-    paths = _power_of_two(np.minimum(FIRST_SHARE * paths_needed(asked) / PATH_REPLICAS, 512))
+    paths = _power_of_two(np.minimum(FIRST_PATHS_SHARE * paths_needed(asked) / PATH_REPLICAS, 512))
     steps = np.ones(len(spots), dtype=int)
     luminous = light.bands.luminous
     tally, some = _Tally(light, fields, len(spots)), np.arange(len(spots))
@@ -187,7 +184,8 @@ def _next(paths: np.ndarray, steps: np.ndarray, bars: np.ndarray, narrowed: np.n
     more = np.maximum(as_deep - paths, MIN_PATHS)
     enough = (lasting2 < (1 - narrowest**2) * limit**2) & (as_deep <= 2 * MAX_PATHS)
     dear = more * (1 + steps) > deep * (2 + steps)
-    deeper = (steps < MAX_PATH_STEPS) & (~enough | dear)
+    # Each step reduces the mesh's error by what surfaces absorb, and costs a fraction of a finer mesh.
+    deeper = (steps < 6) & (~enough | dear)
     none = ~enough & ~deeper & ((paths >= MAX_PATHS) | (narrowed**2 < lasting2))
     return np.where(none, 0.0, np.where(deeper, deep, more)), deeper
 

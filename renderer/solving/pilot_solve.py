@@ -21,7 +21,7 @@ from renderer.transport.mesh.mesh import Mesh
 
 @dataclass(frozen=True)
 class Size:
-    """Size of a mesh and of a coarser one that tells its error.
+    """Size of a mesh and of a coarser one for its error.
 
     patches, vertices, other_patches, other_vertices : numbers of them
     area, other_area : of a patch, in the mean over all places of the room [m²]

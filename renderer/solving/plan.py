@@ -15,11 +15,9 @@ PATCHES_AT_1_PERCENT = 1280
 """Patches of an empty room for an accuracy of 1 %; the error falls as 1/patches (docs/verification.md)."""
 MAX_PATCHES_DENSE = 12_000
 """Largest mesh with a dense operator, of 1.2 GB; above it rays are cast even in an empty room."""
-MAX_PATCHES = 1_200_000
-"""Largest mesh, whose sparse operator takes 8 GB."""
 MIN_RAYS_PER_PATCH = 256
 """Fewest rays of a patch; an eighth of them in the largest rooms, whose readings add up many patches."""
-PROMISE = 0.001
+MIN_PROMISED_ACCURACY = 0.001
 """Accuracy that memory allows at the hardest place tried, 1 cm from a corner at ρ = 0.9; with rays, under a
 table, twice that (docs/tradeoff.md). Most readings are several times better."""
 MIN_ACCURACY_BY_PATHS = 0.0015
@@ -58,8 +56,8 @@ class Plan:
         return expected_method(patches, self.rays, doubtful_share if self.pair_rays_allowed else None)
 
     def times(self, factor: float) -> "Plan":
-        """The plan with patches `factor` times as long, and rays enough for replicas. The move of a reading
-        to such a mesh tells the mesh error."""
+        """The plan with patches `factor` times as long, and rays enough for replicas. The change of a reading
+        on such a mesh gives the mesh error."""
         rays = self.rays and max(self.rays, MIN_RAYS_PER_PATCH)
         return replace(self, patch_size=factor * self.patch_size, rays=rays)
 
@@ -84,7 +82,7 @@ class Plan:
     @property
     def promise(self) -> float:
         """Smallest accuracy that readings can be promised, before anything is computed [1]."""
-        return 2 * PROMISE if self.rays else PROMISE
+        return 2 * MIN_PROMISED_ACCURACY if self.rays else MIN_PROMISED_ACCURACY
 
 
 def make_reading_plan(scene: Scene, accuracy: float, patch_size: float | None, meters: int) -> Plan:
@@ -110,10 +108,11 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
     h = min(patch_size or float(np.sqrt(area / np.clip(wanted, 96, 10_000))), scene.room.scale)
     count = sum(_patches(parts, h) for parts in scene.room.surfaces.values())
     count += sum(_patches(body.parts, h) for body in scene.bodies)
-    if count > MAX_PATCHES:
-        fits = float(np.sqrt(area / MAX_PATCHES))
+    most = 1_200_000  # their sparse operator takes 8 GB
+    if count > most:
+        fits = float(np.sqrt(area / most))
         raise InputError(f"{scene.path}: solver.patch_size is {h:g}; that makes about {count:.3g} "
-                         f"patches, and at most {MAX_PATCHES} are allowed. Use {fits:.2g} or more.")
+                         f"patches, and at most {most} are allowed. Use {fits:.2g} or more.")
     free = [luminaire.name for _, luminaire in scene.placement.free]
     in_the_way = list(dict.fromkeys(body.name for body in scene.bodies)) + free
     if not scene.room.convex:

@@ -14,8 +14,6 @@ from renderer.solving.watch import Watch
 
 MAX_REFINEMENTS = 2
 """Largest number of further solves, each with up to four times the patches and rays."""
-MAX_KEPT_PATCHES = 20_000
-"""Patches of a solution that is kept, for an interruption, while a finer one is made."""
 
 
 def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | None = None,
@@ -50,7 +48,7 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
 
     read : called with a Solution; returns the readings and the figures that must be accurate
     meters : number of meters that it reads, where it does nothing else
-    watch : tells afterwards whether an interruption has ended the readings
+    watch : records whether an interruption has ended the readings
     bands, accuracy, seed, store, progress : as in `solve`
     Returns the last solution, the readings and the figures. Raises InputError or SolveError.
     """
@@ -74,7 +72,7 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
             progress(f"{scene.title}: {missed(figures, asked)[0].name!r} is not known to {asked:.2%} yet; "
                      "solving finer")
             wanted = solution = None  # frees memory for the next solve
-            known = known if watch.keep and patches <= MAX_KEPT_PATCHES else None
+            known = known if watch.keep and patches <= 20_000 else None
     except KeyboardInterrupt:
         watch.stop(known is not None)
     return known

@@ -23,9 +23,6 @@ from renderer.system.lazy import cached_property
 from renderer.system.log import LOGGER
 from renderer.transport.transport import Transport, refuse_hidden
 
-OPENING_QUADRATURE_ERROR = 4e-4
-"""Relative error of light through a measured luminaire's opening (docs/decisions.md, D52)."""
-
 
 @dataclass(frozen=True)
 class Solution(RadiosityField):
@@ -76,7 +73,7 @@ class Solution(RadiosityField):
         self, position: np.ndarray, normal: np.ndarray, where: str
     ) -> Callable[[RadiosityField], Meter]:
         """The meter at a point (3,) [m] that faces along a unit normal (3,), for this mesh and each that
-        tells its error. Raises InputError."""
+        gives its error. Raises InputError."""
         own = make_meter(self.transport, position, normal, where)
         return meter_per_transport(lambda transport: own if transport is self.transport else make_meter(
             transport, position, normal, where, own))
@@ -141,7 +138,7 @@ class Solution(RadiosityField):
 
     @cached_property
     def gather_fields(self) -> GatherFields:
-        """The light at the ends of paths, and what tells its errors."""
+        """The light at the ends of paths, and that on other meshes and in other bands for its errors."""
         return gather_fields(self)
 
     def parallel_map(self, read: Callable[[int], object], n: int) -> list:
@@ -152,7 +149,7 @@ class Solution(RadiosityField):
 
     @property
     def transports(self) -> list[Transport]:
-        """Transports of this mesh, and of those that tell its error."""
+        """Transports of this mesh, and of those for its error."""
         return list(
             {id(each.transport): each.transport for each in (self, *self.mesh_sequence.meshes)}.values()
         )
@@ -170,7 +167,8 @@ class Solution(RadiosityField):
         """Share of a reading that may be wrong on every mesh alike: sums over measured luminaires' openings,
         and energy that the solve left over or rounding took, which counts where hardly anything absorbs."""
         opening = any(luminaire.opening for luminaire in self.transport.luminaires)
-        return float(np.hypot(OPENING_QUADRATURE_ERROR if opening else 0.0, self.energy_balance_error))
+        # Light through a measured luminaire's opening errs by 4e-4 (docs/decisions.md, D52).
+        return float(np.hypot(4e-4 if opening else 0.0, self.energy_balance_error))
 
     def _errors(self, at: Callable[[RadiosityField], Meter]) -> tuple[float, float, float]:
         """Errors of a reading by mesh, sampling and bands [lx]: the first two in RGB on all meshes, the last

@@ -24,7 +24,7 @@ class Watch:
         widest : largest bar over what it may be; asked : accuracy [1]; seconds : approximate time left
         """
         if seconds >= 1:
-            self.say(f"bars at {_percent(widest * asked)} of {_percent(asked)}, some {seconds:.0f} s more")
+            self.say(f"error bars {_percent(widest * asked)}, {_percent(asked)} asked; {seconds:.0f} s left")
 
     def stop(self, known: bool) -> None:
         """Handle a KeyboardInterrupt: raise it again where nothing is known yet or nothing is to be kept."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from renderer.errors import InputError, SolveError
 from renderer.system.cache import program
-from renderer.system.text import LONGEST_SHOWN, quoted
+from renderer.system.text import MAX_QUOTED_CHARACTERS, quoted
 from renderer.transport.factors.hemisphere_rays import RemoteCast, cast_rows
 from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
@@ -49,8 +49,8 @@ def connected_client(scheduler: str) -> Iterator:
             raise InputError(f"--scheduler is {scheduler!r}, which has no workers. Start some: "
                              f"dask worker {scheduler}") from None
         # A worker without this program returns an exception.
-        for worker, told in client.run(program, on_error="return").items():
-            if told != program():
+        for worker, theirs in client.run(program, on_error="return").items():
+            if theirs != program():
                 raise InputError(f"--scheduler is {scheduler!r}, where worker {worker} has another "
                                  "renderer than here, or none, or other packages. Install the same on both.")
         yield client
@@ -82,7 +82,7 @@ def refuse_silence(scheduler: str) -> None:
 
 
 def _no_answer(scheduler: str, error: Exception | str) -> InputError:
-    reason = "nothing in time" if isinstance(error, TimeoutError) else str(error)[:LONGEST_SHOWN]
+    reason = "nothing in time" if isinstance(error, TimeoutError) else str(error)[:MAX_QUOTED_CHARACTERS]
     return InputError(f"--scheduler is {quoted(scheduler)}, where no scheduler answers ({reason}). Give its "
                       "address, as tcp://10.0.0.1:8786.")
 
@@ -109,8 +109,8 @@ def _completed(tasks: list, client) -> Iterator:
         alone_since = None if workers else alone_since or now
         if alone_since is not None and now - alone_since > SECONDS_WITHOUT_WORKER:
             raise SolveError(f"the cluster has had no worker for {SECONDS_WITHOUT_WORKER:.0f} s, perhaps "
-                             "for want of memory. Start one and give the same command again; what is done "
-                             "is kept.")
+                             "because memory ran out. Start one and give the same command again; "
+                             "finished work is kept.")
 
 
 def as_done(tasks: list, client) -> Iterator:
@@ -123,8 +123,8 @@ def as_done(tasks: list, client) -> Iterator:
             yield result
             task.release()
     except KilledWorker:
-        raise SolveError("workers of the cluster died at one task several times, perhaps for want of memory. "
-                         "Give them more, or a looser --accuracy.") from None
+        raise SolveError("workers of the cluster died at one task several times, perhaps because memory ran "
+                         "out. Give them more, or a looser --accuracy.") from None
 
 
 class Casting:

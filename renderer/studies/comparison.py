@@ -10,15 +10,12 @@ from renderer.readings.reading import Reading
 from renderer.records.finding import solution_finding
 from renderer.records.json_records import solution_record
 from renderer.scene.scene import Scene
-from renderer.solving.refine import solve_and_read
 from renderer.solving.solution import Solution, solve_on
 from renderer.solving.transport_store import Progress, TransportStore
 from renderer.solving.watch import Watch
+from renderer.studies.in_31_bands import solved_in_31_bands
 from renderer.system.files import whole_file
 from renderer.system.text import CsvWriter
-
-CSV_COLUMNS = ("room", "bands", "photometer", "direct_lx", "indirect_lx", "total_lx", "uncertainty_lx",
-               "ratio_to_first_room", "rgb_error_percent")
 
 
 @dataclass(frozen=True)
@@ -60,17 +57,11 @@ def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, sto
     """
     cases, first, watch = [], {}, watch or Watch()
     beside = ("rgb", "rgb-prefiltered") if prefiltered else ("rgb",)
-    for scene, stem in zip(scenes, _stems(scenes), strict=True):
+    rooms = solved_in_31_bands(scenes, accuracy, seed, store, progress, watch)
+    for stem, (spectral, readings, record) in zip(_stems(scenes), rooms, strict=False):
+        scene = spectral.scene
         asked = accuracy or scene.solver.accuracy
-        started = time.perf_counter()
-        try:
-            spectral, readings = solve_and_read(scene, "31", accuracy, seed, store, progress, pictures=True,
-                                                watch=watch)
-        except KeyboardInterrupt:
-            watch.stop(bool(cases))
-            break
-        solved = {"31": (spectral, readings, solution_record(spectral, readings, asked,
-                                                             time.perf_counter() - started))}
+        solved = {"31": (spectral, readings, record)}
         for bands in beside:
             started = time.perf_counter()
             other = solve_on(scene, scene.band_set(bands), spectral.plan, store, spectral.transport)
@@ -79,15 +70,13 @@ def solve_all(scenes: list[Scene], accuracy: float | None, seed: int | None, sto
             solved[bands] = other, read, solution_record(other, read, asked, time.perf_counter() - started)
         for bands in (*beside, "31"):
             solution, read, record = solved[bands]
-            if scene is scenes[0]:
+            if bands not in first:
                 first[bands] = {r.name: r.total_lx for r in read}
             base = [first[bands].get(r.name) for r in read]
             ratios = [r.total_lx / b if b else None for r, b in zip(read, base, strict=True)]
             errors = [rgb_error_percent(r.total_lx, s.total_lx)
                       for r, s in zip(read, readings, strict=True)]
             cases.append(ComparedRoom(stem, solution, read, ratios, errors, record))
-        if watch.stopped:
-            break
     return cases
 
 
@@ -112,8 +101,9 @@ def _stems(scenes: list[Scene]) -> list[str]:
 
 def comparison_rows(cases: list[ComparedRoom]) -> list[dict]:
     """One row for each room, band set and photometer, with the columns of comparison.csv."""
-    return [dict(zip(CSV_COLUMNS, (case.title, case.bands, r.name, r.direct_lx, r.indirect_lx, r.total_lx,
-                                   r.uncertainty, ratio, error), strict=True))
+    return [{"room": case.title, "bands": case.bands, "photometer": r.name, "direct_lx": r.direct_lx,
+             "indirect_lx": r.indirect_lx, "total_lx": r.total_lx, "uncertainty_lx": r.uncertainty,
+             "ratio_to_first_room": ratio, "rgb_error_percent": error}
             for case in cases
             for r, ratio, error in zip(case.readings, case.ratios, case.errors, strict=True)]
 

@@ -20,8 +20,6 @@ from renderer.readings.finding import Finding
 from renderer.solving.transport_store import Progress
 from renderer.studies.comparison import ComparedRoom, findings
 
-PICTURE_NAMES = ("a_reflectance", "b_direct", "c_direct_pseudocolour", "d_total", "e_total_pseudocolour")
-
 
 @dataclass(frozen=True)
 class SeenRoom:
@@ -133,7 +131,8 @@ def _save_case(one: SeenRoom, column: Column, shared: Look, folder: Path) -> lis
     stem = folder / f"{one.case.stem}_{solution.bands.name}"
     scale = legend(luminance.shape[0], shared.top, palette=shared.palette)
     files = []
-    for name, pixels in zip(PICTURE_NAMES, column.pictures, strict=True):
+    names = ("a_reflectance", "b_direct", "c_direct_pseudocolour", "d_total", "e_total_pseudocolour")
+    for name, pixels in zip(names, column.pictures, strict=True):
         wide = np.hstack([pixels, scale]) if name.endswith("pseudocolour") else pixels
         files.append(save_png(wide, Path(f"{stem}_{name}.png"), column.marks))
     files.append(save_luminance(luminance, Path(f"{stem}_luminance.exr")))

@@ -34,7 +34,7 @@ MODELS = ("rgb", "equal weights", "prefiltered")
 MAX_REFLECTANCE = 0.9
 """Largest reflectance for the upper bounds: that of the thousand colours; the chips' is 0.84."""
 TOLERANCES = (0.05, 0.1, 0.2)
-NAMED = {"red": (0.9, 0, 0), "green": (0, 0.9, 0), "blue": (0, 0, 0.9),
+NAMED_COLOURS = {"red": (0.9, 0, 0), "green": (0, 0.9, 0), "blue": (0, 0, 0.9),
          "cyan": (0, 0.9, 0.9), "magenta": (0.9, 0, 0.9), "yellow": (0.9, 0.9, 0)}
 
 
@@ -205,12 +205,12 @@ def _to_rgb(place: PaintableRoom, rgb: np.ndarray, total: np.ndarray) -> np.ndar
     return ratio(by_rgb, np.stack([total, surface]))
 
 
-CLASSES = ("safe beyond doubt", "RGB can only be too low", "RGB can only be too high", "either",
+BOUND_CLASSES = ("safe beyond doubt", "RGB can only be too low", "RGB can only be too high", "either",
            "unsafe beyond doubt")
 
 
 def classify(low: np.ndarray, high: np.ndarray, tolerance: float = 0.2) -> np.ndarray:
-    """Index into CLASSES of intervals of ratios, low to high, for a tolerance around 1."""
+    """Index into BOUND_CLASSES of intervals of ratios, low to high, for a tolerance around 1."""
     down, up = low < 1 - tolerance, high > 1 + tolerance
     outside = (low > 1 + tolerance) | (high < 1 - tolerance)
     return np.where(outside, 4, down * 2 + up * 1)

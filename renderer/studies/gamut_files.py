@@ -19,7 +19,7 @@ from renderer.solving.transport_store import Progress
 from renderer.studies.gamut import (
     MAX_REFLECTANCE,
     MODELS,
-    NAMED,
+    NAMED_COLOURS,
     TOLERANCES,
     Gamut,
     Spectra,
@@ -97,7 +97,7 @@ def _named_rows(gamut: Gamut) -> Iterable[list]:
         for method, ratios in named_ratios(gamut, model).items():
             for k, reading in enumerate(gamut.place.readings):
                 said = _said(reading, model)
-                for i, (name, colour) in enumerate(NAMED.items()):
+                for i, (name, colour) in enumerate(NAMED_COLOURS.items()):
                     yield [name, *colour, method, said, f"{ratios[k, i]:.6g}"]
 
 
@@ -150,7 +150,7 @@ def save_charts(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out:
     named, at = named_ratios(gamut, "rgb"), named_at()
     drawing.append((save_named, [(reading, np.array([r[k] for r in named.values()]),
                                   None if limits is None else (limits[0][k, at], limits[1][k, at]))
-                                 for k, reading in shown], list(NAMED), list(named),
+                                 for k, reading in shown], list(NAMED_COLOURS), list(named),
                     f"{title}, primaries and complements at 0.9", _named(out, "_primaries.png")))
     with ThreadPoolExecutor(2) as pool:
         done = [pool.submit(save, *arguments) for save, *arguments in drawing]

@@ -8,11 +8,11 @@ from renderer.colour.tables import munsell_chips
 from renderer.colour.upsampling import UPSAMPLING, clipped_eigen, cube, munsell_eigen, plain_eigen
 from renderer.records.json_records import Table
 from renderer.studies.gamut import (
-    CLASSES,
+    BOUND_CLASSES,
     MAX_REFLECTANCE,
     METHODS,
     MODELS,
-    NAMED,
+    NAMED_COLOURS,
     Gamut,
     classify,
     largest_ratios,
@@ -74,7 +74,8 @@ def _percent(parts: np.ndarray) -> str:
 
 def named_at() -> list[int]:
     """Indices of the primaries and complements in the cube."""
-    return [int(np.flatnonzero(np.isclose(cube(), colour).all(axis=1))[0]) for colour in NAMED.values()]
+    return [int(np.flatnonzero(np.isclose(cube(), colour).all(axis=1))[0])
+            for colour in NAMED_COLOURS.values()]
 
 
 def named_ratios(gamut: Gamut, model: str) -> dict[str, np.ndarray]:
@@ -90,8 +91,8 @@ def named_tables(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None) -> 
     at, tables = named_at(), []
     for k in gamut.place.shown:
         reading, rows = gamut.place.readings[k], []
-        for i, name in enumerate(NAMED):
-            row = [f"{name} {NAMED[name]}"] + [_ratio(ratios[method][k, i]) for method in METHODS]
+        for i, name in enumerate(NAMED_COLOURS):
+            row = [f"{name} {NAMED_COLOURS[name]}"] + [_ratio(ratios[method][k, i]) for method in METHODS]
             row.append(_ratio(filtered[k, i]))
             if limits is not None:
                 row.append(f"{limits[0][k, at[i]]:.3f} … {limits[1][k, at[i]]:.3f}")
@@ -117,11 +118,11 @@ def bounds_table(gamut: Gamut, smallest: np.ndarray) -> Table:
     for ceiling in (0.9, 0.95, 0.99):
         largest = largest_ratios(gamut.place, cube(), ceiling)
         for k, reading in enumerate(gamut.place.readings):
-            counts = np.bincount(classify(smallest[k], largest[k]), minlength=len(CLASSES))
+            counts = np.bincount(classify(smallest[k], largest[k]), minlength=len(BOUND_CLASSES))
             rows.append([f"{reading}, ρ ≤ {ceiling:g}", *map(str, counts), f"{smallest[k].min():.3f}",
                          f"{largest[k].max():.2f}"])
     return Table("Whatever the spectrum: how many of 1,000 colours are within ±20 %, and the extreme ratios",
-                 ["reading, spectra", *CLASSES, "lowest", "highest"], rows)
+                 ["reading, spectra", *BOUND_CLASSES, "lowest", "highest"], rows)
 
 
 def chips_table(gamut: Gamut) -> Table:

@@ -10,8 +10,6 @@ from renderer.pictures.polar import save_polar
 from renderer.scene.photometric.distribution import Distribution
 from renderer.scene.photometric.record import Photometry
 
-GAMMA_STEP_DEG = 0.1
-"""Step of γ [°] in the search for an angle, which is interpolated between steps."""
 TITLE_LETTERS = 56
 """Letters in a line of the diagram's title."""
 PLANES = {"C0–C180": 0.0, "C90–C270": 90.0}
@@ -55,7 +53,7 @@ def _plane(table: Distribution, c: float) -> dict:
 def profile(table: Distribution, c: float) -> tuple[np.ndarray, np.ndarray]:
     """Angles from the nadir (k,) [°], negative on the side of C + 180, and intensities (k,) [cd] in the plane
     of C [°]."""
-    gamma = np.round(np.arange(-180, 180 + GAMMA_STEP_DEG / 2, GAMMA_STEP_DEG), 6)
+    gamma = np.round(np.arange(-180, 180.05, 0.1), 6)
     return gamma, table.at(np.where(gamma < 0, c + 180, c), np.abs(gamma))
 
 
@@ -95,7 +93,8 @@ def spacing(table: Distribution, c: float, of_four: bool = False) -> float | Non
 
     of_four : midway between four luminaires in a square instead, C along its diagonal
     """
-    gamma = np.arange(0, 89, GAMMA_STEP_DEG)
+    step = 0.1  # °; between steps the angle is interpolated
+    gamma = np.arange(0, 89, step)
     turns = (0, 90, 180, 270) if of_four else (0, 180)
     light = sum(table.at(np.full(len(gamma), c + turn), gamma) for turn in turns)
     light = light * np.cos(np.radians(gamma)) ** 3 - table.at(np.array(0.0), np.array(0.0))
@@ -103,7 +102,7 @@ def spacing(table: Distribution, c: float, of_four: bool = False) -> float | Non
     if not light[0] > 0 or not len(under):
         return None
     k = under[0]
-    edge = gamma[k - 1] + GAMMA_STEP_DEG * light[k - 1] / (light[k - 1] - light[k])
+    edge = gamma[k - 1] + step * light[k - 1] / (light[k - 1] - light[k])
     return float(2 * np.tan(np.radians(edge)) / (np.sqrt(2) if of_four else 1.0))
 
 

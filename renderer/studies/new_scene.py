@@ -26,7 +26,7 @@ def new_scene(source: Path | None, folder: Path, room: str | None = None,
     template = Path(__file__).parent.parent / "scene" / "templates" / "office.toml"
     target = folder / (template.name if source is None else f"{source.stem}.toml")
     if target.exists():
-        raise InputError(f"{target} is there already. Edit it, move it away, or give another --out.")
+        raise InputError(f"{target} already exists. Edit it, move it, or give another --out.")
     if source is None:
         if room is not None or inside is not None:
             given = "--inside is given" if room is None else f"--room is {room!r}"

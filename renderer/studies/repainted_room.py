@@ -6,7 +6,6 @@ room is solved at Chebyshev points of reflectance, and readings are interpolated
 
 import numpy as np
 
-from renderer.colour.bands import COMPARED_BAND_SETS
 from renderer.errors import InputError
 from renderer.readings.photometer import make_meter
 from renderer.scene.scene import Scene
@@ -15,10 +14,6 @@ from renderer.solving.radiosity_field import RadiosityField, common_direct_patte
 from renderer.solving.transport_store import Progress, TransportStore
 from renderer.studies.gamut import PaintableRoom
 from renderer.transport.radiosity.solve import radiosity
-
-CHEBYSHEV_POINTS = 24
-CHECKED_REFLECTANCES = np.array([0.13, 0.37, 0.62, 0.83, 0.96])
-"""Reflectances that are also solved, to measure the error of interpolation."""
 
 
 def painted_material(scene: Scene, name: str | None) -> str:
@@ -55,11 +50,13 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
     plan = make_plan(scene, accuracy or scene.solver.accuracy, scene.solver.patch_size)
     transport = store.transport(scene, plan, seed, progress)
     lumens = [lum.lumens for lum in scene.luminaires]
-    bands = {name: scene.band_set(name) for name in COMPARED_BAND_SETS}
+    bands = {name: scene.band_set(name) for name in ("rgb", "rgb-prefiltered", "31")}
     shares = {name: scene.flux(b).sum(axis=0) * b.luminous / sum(lumens) for name, b in bands.items()}
     progress(f"{scene.title}: every reflectance of {material!r}")
-    nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(CHEBYSHEV_POINTS) + 0.5) / CHEBYSHEV_POINTS)
-    tried = np.concatenate([nodes, CHECKED_REFLECTANCES])
+    points = 24  # of Chebyshev
+    nodes = 0.5 + 0.5 * np.cos(np.pi * (np.arange(points) + 0.5) / points)
+    between = np.array([0.13, 0.37, 0.62, 0.83, 0.96])  # for the error of interpolation
+    tried = np.concatenate([nodes, between])
     painted = np.array([s.material is not None and s.material.name == material for s in scene.surfaces])
     meters = [make_meter(transport, np.array(p.position), np.array(p.normal) / np.linalg.norm(p.normal),
                          f"{scene.path}: photometer {p.name!r}") for p in scene.photometers]
@@ -91,7 +88,7 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
               for name, block in zip(bands, np.split(values, ends[:-1], axis=1), strict=True)}
     for block in blocks.values():
         block[-1] /= tried  # a surface's luminance is in proportion to its reflectance
-    curves = {name: Interpolated(nodes, block[..., :CHEBYSHEV_POINTS]) for name, block in blocks.items()}
+    curves = {name: Interpolated(nodes, block[..., :points]) for name, block in blocks.items()}
     names = (*(f"illuminance, {p.name}" for p in scene.photometers), f"luminance, {material}")
 
     def gains(name: str, rho: np.ndarray) -> np.ndarray:
@@ -100,7 +97,7 @@ def painted_room(scene: Scene, material: str, accuracy: float | None, seed: int 
         return read
 
     room = PaintableRoom(scene.title, bands, shares, names, gains)
-    return room, max(_error(curves[name], block[..., CHEBYSHEV_POINTS:]) for name, block in blocks.items())
+    return room, max(_error(curves[name], between, block[..., points:]) for name, block in blocks.items())
 
 
 class Interpolated:
@@ -121,8 +118,8 @@ class Interpolated:
         power = (times[..., high] ** 2).sum(axis=-1)
         pole = (plain[..., high] * times[..., high]).sum(axis=-1) / np.where(power > 0, power, 1.0)
         # Coefficients of the size of rounding errors determine no pole, and need none.
-        told = power > (1e-9 * np.abs(times).max(axis=-1)) ** 2
-        self.pole = np.where(told, np.clip(pole, 0.0, 1.0), 0.0)[..., None]
+        determined = power > (1e-9 * np.abs(times).max(axis=-1)) ** 2
+        self.pole = np.where(determined, np.clip(pole, 0.0, 1.0), 0.0)[..., None]
         self.coefficients = plain - self.pole * times
 
     def __call__(self, rho: np.ndarray) -> np.ndarray:
@@ -161,7 +158,7 @@ def _read(solved, meters: list, luminance: np.ndarray, reflectance: np.ndarray,
     return np.hstack(read)[:, index] * scale
 
 
-def _error(curve: Interpolated, solved: np.ndarray) -> float:
-    """Largest relative difference from readings (n_readings, n_bands, n) solved at CHECKED_REFLECTANCES."""
-    got = curve(np.repeat(CHECKED_REFLECTANCES[:, None], solved.shape[1], axis=1)).transpose(0, 2, 1)
+def _error(curve: Interpolated, reflectances: np.ndarray, solved: np.ndarray) -> float:
+    """Largest relative difference from readings (n_readings, n_bands, n) solved at reflectances (n,)."""
+    got = curve(np.repeat(reflectances[:, None], solved.shape[1], axis=1)).transpose(0, 2, 1)
     return float((np.abs(got - solved) / np.where(solved > 0, solved, 1.0)).max())

@@ -8,10 +8,10 @@ from renderer.pictures.report.page import ReportRoom, save_report
 from renderer.pictures.report.viewpoint import looks
 from renderer.records.json_records import solution_record
 from renderer.scene.scene import Scene
-from renderer.solving.refine import solve_and_read
 from renderer.solving.solution import solve_on
 from renderer.solving.transport_store import Progress, TransportStore
 from renderer.solving.watch import Watch
+from renderer.studies.in_31_bands import solved_in_31_bands
 
 MAX_PAGE_BYTES = 10_000_000
 """Largest size of a report [bytes], for mail."""
@@ -24,25 +24,15 @@ def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, s
     watch : whether an interruption keeps the rooms read so far
     """
     rooms, watch = [], watch or Watch()
-    for scene in scenes:
-        asked = accuracy or scene.solver.accuracy
-        started = time.perf_counter()
-        try:
-            spectral, readings = solve_and_read(scene, "31", accuracy, seed, shared, progress, pictures=True,
-                                                watch=watch)
-        except KeyboardInterrupt:
-            watch.stop(bool(rooms))
-            break
-        record = solution_record(spectral, readings, asked, time.perf_counter() - started)
-        started = time.perf_counter()
+    for spectral, readings, record in solved_in_31_bands(scenes, accuracy, seed, shared, progress, watch):
+        scene, started = spectral.scene, time.perf_counter()
         rgb = solve_on(scene, scene.band_set("rgb"), spectral.plan, shared, spectral.transport)
         rgb = replace(rgb, watch=watch)
         rgb_readings = rgb.photometers()
-        rgb_record = solution_record(rgb, rgb_readings, asked, time.perf_counter() - started)
+        rgb_record = solution_record(rgb, rgb_readings, accuracy or scene.solver.accuracy,
+                                     time.perf_counter() - started)
         rooms.append(ReportRoom({"rgb": rgb, "31": spectral}, {"rgb": rgb_readings, "31": readings},
                           {"rgb": rgb_record, "31": record}, None))
-        if watch.stopped:
-            break
     return rooms
 
 
@@ -68,6 +58,6 @@ def save_page(rooms: list[ReportRoom], command: str, out: Path, progress: Progre
             break
         pixels /= 4
     if size > MAX_PAGE_BYTES:
-        notes.append(f"report.html has {size / 1e6:.1f} MB, for the rooms have that many patches; a looser "
+        notes.append(f"report.html has {size / 1e6:.1f} MB, because the rooms have many patches; a looser "
                      "--accuracy makes it smaller.")
     return path, notes

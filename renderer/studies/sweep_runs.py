@@ -209,8 +209,8 @@ def on_cores(batches: list) -> Iterator[list]:
             deaths += 1
             if deaths == MAX_WORKER_DEATHS:
                 raise SolveError(f"a worker died {MAX_WORKER_DEATHS} times without finishing a batch, "
-                                 "perhaps for want of memory. Give a looser --accuracy; what is done is "
-                                 "kept.") from None
+                                 "perhaps because memory ran out. Give a looser --accuracy; finished work "
+                                 "is kept.") from None
         finally:
             for worker in active_children() if left else ():
                 worker.terminate()

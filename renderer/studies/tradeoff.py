@@ -10,17 +10,12 @@ from renderer.colour.bands import BAND_SETS, narrow_bands
 from renderer.errors import InputError
 from renderer.readings.photometer import make_meter
 from renderer.scene.scene import Scene
-from renderer.solving.plan import PROMISE, Plan, make_plan
+from renderer.solving.plan import MIN_PROMISED_ACCURACY, Plan, make_plan
 from renderer.solving.solution import solve_on
 from renderer.solving.transport_store import Progress, TransportStore
 from renderer.studies.tradeoff_asked import AskedStudy, measure_asked
 from renderer.transport.transport import Transport, compute_transport, refuse_hidden
 
-PATCH_FACTORS = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0)
-"""Patch sizes with exact factors, relative to the plan's for 1 %."""
-RAY_PATCH_FACTORS = (4.0, 2.0, 1.0)
-"""The same with rays."""
-RAYS_PER_PATCH = (64, 256, 1024)
 TARGETS = (0.05, 0.01, 0.002)
 """Errors for which a setting is recommended."""
 PREFERENCE = ("31", "61", "16", "9", "6", "rgb-prefiltered", "rgb")
@@ -123,7 +118,7 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     plans = tried_plans(plan, own)
     # Of that accuracy readings are by elements, as those of the settings are.
     finest = replace(plan, patch_size=min(p.patch_size for p in plans) / 2.0, rays=plan.rays and 4096,
-                     accuracy=PROMISE)
+                     accuracy=MIN_PROMISED_ACCURACY)
     make_plan(scene, 0.01, finest.patch_size)  # refuses what is too large
     progress(f"{scene.title}: the reference, patches of {finest.patch_size:.3g} m")
     store = TransportStore()
@@ -145,15 +140,20 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     return Tradeoff(scene, settings, said, floor, measure_asked(scene, seed, progress))
 
 
-def tried_plans(plan: Plan, own: float | None) -> list[Plan]:
-    """Plans with patch sizes and rays around those of the plan for 1 %, and with the scene's own patch size
-    [m]."""
-    exact = [] if plan.rays else [replace(plan, patch_size=k * plan.patch_size) for k in PATCH_FACTORS]
+def tried_plans(plan: Plan, own: float | None, factors: tuple[float, ...] = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0),
+                ray_factors: tuple[float, ...] = (4.0, 2.0, 1.0),
+                rays_per_patch: tuple[int, ...] = (64, 256, 1024)) -> list[Plan]:
+    """Plans with patch sizes and rays around those of the plan for 1 %.
+
+    own : patch size [m] that the scene states
+    factors, ray_factors : patch sizes over the plan's with exact factors, and with rays
+    """
+    exact = [] if plan.rays else [replace(plan, patch_size=k * plan.patch_size) for k in factors]
     cast = [replace(plan, patch_size=k * plan.patch_size, rays=rays)
-            for k in RAY_PATCH_FACTORS for rays in RAYS_PER_PATCH]
+            for k in ray_factors for rays in rays_per_patch]
     if own is not None:
         exact += [] if plan.rays else [replace(plan, patch_size=own)]
-        cast += [replace(plan, patch_size=own, rays=rays) for rays in RAYS_PER_PATCH]
+        cast += [replace(plan, patch_size=own, rays=rays) for rays in rays_per_patch]
     return exact + cast
 
 

@@ -13,18 +13,12 @@ from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.scene import Scene
 from renderer.scene.schema import PhotometerTable
 from renderer.solving.measure import read_grid
-from renderer.solving.plan import MIN_ACCURACY_BY_PATHS, PROMISE, Plan, make_plan
+from renderer.solving.plan import MIN_ACCURACY_BY_PATHS, MIN_PROMISED_ACCURACY, Plan, make_plan
 from renderer.solving.refine import solve_until
 from renderer.solving.solution import Solution, solve
 from renderer.solving.transport_store import Progress
 from renderer.studies.peers.curves import PEER_CURVES, PeerCurve
 from renderer.studies.peers.export import CannotRun
-
-ASKED_ACCURACIES = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002)
-REFERENCE_MESH = 0.005
-"""Accuracy for the mesh and rays of a reference by paths, where they count only after a reflection."""
-REFERENCE_DRAWS = 2
-"""Independent references, for their mean."""
 
 
 @dataclass(frozen=True)
@@ -59,19 +53,25 @@ class AskedStudy:
     skipped: tuple[str, ...] = field(default=())
 
 
-def measure_asked(scene: Scene, seed: int, progress: Progress) -> AskedStudy:
-    """Read a scene with each accuracy of ASKED_ACCURACIES, and in the peers that are installed."""
-    progress(f"{scene.title}: the reference for what is asked")
-    truth, bars, in_rgb, areas = _reference(scene, seed, "31")
+def measure_asked(scene: Scene, seed: int, progress: Progress,
+                  accuracies: tuple[float, ...] = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002),
+                  reference_mesh: float = 0.005) -> AskedStudy:
+    """Read a scene with each accuracy, and in the peers that are installed.
+
+    reference_mesh : accuracy for the mesh and rays of a reference by paths, where they count only after a
+        reflection
+    """
+    progress(f"{scene.title}: the reference for --accuracy")
+    truth, bars, in_rgb, areas = _reference(scene, seed, "31", reference_mesh)
     lit = truth > 0
     found = []
-    for accuracy in ASKED_ACCURACIES:
+    for accuracy in accuracies:
         progress(f"{scene.title}: asked for {100 * accuracy:g} %")
         value, bar, seconds = _timed_reading(scene, accuracy, seed)
         found.append(Asked(accuracy, seconds, _largest(bar[lit] / truth[lit]),
                            _largest(np.abs(value[lit] / truth[lit] - 1))))
     return AskedStudy(tuple(found), _largest(bars[lit] / truth[lit]),
-                      *_beside_peers(scene, seed, in_rgb, areas, progress))
+                      *_beside_peers(scene, seed, reference_mesh, in_rgb, areas, progress))
 
 
 def _timed_reading(scene: Scene, accuracy: float, seed: int) -> tuple[np.ndarray, np.ndarray, float]:
@@ -96,13 +96,13 @@ def _figures(readings: list[Reading], areas: list[GridReading]) -> list:
     return [*(r.figure for r in readings), *(f for area in areas for f in area.figures)]
 
 
-def _reference(scene: Scene, seed: int, bands: str
+def _reference(scene: Scene, seed: int, bands: str, mesh: float
                ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]:
     """Figures on a fine mesh by other random numbers, their error bars, and the figures in RGB [lx]; and the
     read points of each grid."""
     draws = []
-    for draw in range(REFERENCE_DRAWS):
-        solution = solve(scene, bands, seed=seed + 1 + draw, plan=_reference_plan(scene))
+    for draw in range(2):  # independent ones, for their mean
+        solution = solve(scene, bands, seed=seed + 1 + draw, plan=_reference_plan(scene, mesh))
         readings, areas = _read(solution)
         rgb = [r.rgb_lx if bands == "31" else r.total_lx for r in readings]
         rgb += [x for area in areas for points in [area.rgb if bands == "31" else area.total]
@@ -115,17 +115,17 @@ def _reference(scene: Scene, seed: int, bands: str
     return value, bar / np.sqrt(len(draws)), rgb, [area.read for area in areas]
 
 
-def _reference_plan(scene: Scene) -> Plan:
+def _reference_plan(scene: Scene, mesh: float) -> Plan:
     meters = len(scene.photometers) + sum(len(grid.points) for grid in scene.grids)
-    exact = make_plan(scene, PROMISE, None)
+    exact = make_plan(scene, MIN_PROMISED_ACCURACY, None)
     if not replace(exact, accuracy=MIN_ACCURACY_BY_PATHS).by_paths(meters):
         return exact
-    fine = make_plan(scene, REFERENCE_MESH, None)
+    fine = make_plan(scene, mesh, None)
     return replace(fine, accuracy=MIN_ACCURACY_BY_PATHS, pair_rays_allowed=False, gathered=True)
 
 
-def _beside_peers(scene: Scene, seed: int, in_rgb: np.ndarray, areas: list[np.ndarray], progress: Progress
-                  ) -> tuple[tuple[PeerCurve, ...], bool, tuple[str, ...]]:
+def _beside_peers(scene: Scene, seed: int, mesh: float, in_rgb: np.ndarray, areas: list[np.ndarray],
+                  progress: Progress) -> tuple[tuple[PeerCurve, ...], bool, tuple[str, ...]]:
     """Curves of the peers, whether they had Lambertian luminaires, and sentences about the missing ones."""
     same, skipped, curves = lambertian(scene), [], []
     truth = in_rgb
@@ -134,7 +134,7 @@ def _beside_peers(scene: Scene, seed: int, in_rgb: np.ndarray, areas: list[np.nd
             installed()
             if same is not scene and truth is in_rgb:
                 progress(f"{scene.title}: the reference with Lambertian luminaires")
-                truth, _, _, areas = _reference(same, seed, "rgb")
+                truth, _, _, areas = _reference(same, seed, "rgb", mesh)
             progress(f"{scene.title}: {name}")
             curves.append(curve(as_photometers(same, areas), _error_of(same, areas, truth)))
         except CannotRun as sentence:

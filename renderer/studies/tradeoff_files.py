@@ -11,17 +11,16 @@ from renderer.studies.tradeoff import TARGETS, Setting, Tradeoff
 from renderer.system.files import whole_file
 from renderer.system.text import CsvWriter
 
-TRADEOFF_COLUMNS = ("bands", "method", "patch_size_m", "rays_per_patch", "patches", "seconds_geometry",
-           "seconds_bands", "seconds", "error_photometers", "error_surfaces", "on_front")
-
 
 def save_tradeoff(found: Tradeoff, out: Path) -> list[Path]:
     """Write <scene>_tradeoff.csv, .md and .png; returns the files."""
     stem = f"{found.scene.path.stem}_tradeoff"
     front, files = found.front, [out / f"{stem}.csv", out / f"{stem}.md"]
+    columns = ("bands", "method", "patch_size_m", "rays_per_patch", "patches", "seconds_geometry",
+               "seconds_bands", "seconds", "error_photometers", "error_surfaces", "on_front")
     with whole_file(files[0]) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = CsvWriter(file)
-        writer.writerow(TRADEOFF_COLUMNS)
+        writer.writerow(columns)
         for s in found.settings:
             seconds = (f"{x:.4g}" for x in (s.transport, s.solve, s.seconds))
             writer.writerow([s.bands, s.method, f"{s.patch_size:.4g}", s.rays, s.patches, *seconds,

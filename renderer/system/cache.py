@@ -19,8 +19,6 @@ from renderer.system.files import remove_abandoned, whole_file
 
 MAX_CACHE_BYTES = 2 << 30
 """Size of all files together; above it the file not used for longest is removed."""
-MAX_ENTRY_BYTES = MAX_CACHE_BYTES // 2
-"""Largest size of one result that is kept: reading a larger one takes as long as computing it."""
 
 Arrays = dict[str, np.ndarray]
 
@@ -55,7 +53,8 @@ class Cache:
             warnings.warn(f"{path} is damaged; its contents are computed again.", CacheWarning,
                           stacklevel=2)
         made = make()
-        if sum(array.nbytes for array in made.values()) <= MAX_ENTRY_BYTES:
+        # Reading a larger result takes as long as computing it.
+        if sum(array.nbytes for array in made.values()) <= MAX_CACHE_BYTES // 2:
             self._keep(path, named, made)
         return made
 

@@ -20,8 +20,6 @@ MAX_BYTES = {"scene": 4_000_000, "study": 4_000_000, "spectral": 16_000_000, "ph
 """Largest size of a file of each kind [bytes]: at least thirty times the largest known."""
 MAX_TOML_DEPTH = 20
 """Largest depth of tables and lists within each other in a TOML file; a scene has 4."""
-MAX_INTEGER = 2**63 - 1
-"""Largest integer of a TOML file (TOML 1.0, Integer)."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,7 @@ def parse_toml(data: bytes, where: str) -> dict:
                          "a scene needs 4. Remove them.") from None
     except ValueError:
         raise InputError(f"{where}: has an integer of thousands of digits; TOML allows "
-                         f"{MAX_INTEGER:.3g}. Correct it.") from None
+                         "19. Correct it.") from None
     refuse_excess(table, where)
     return table
 
@@ -155,6 +153,7 @@ def _toml_fault(said: str, text: str) -> str:
 def refuse_excess(table: dict, where: str) -> None:
     """Raise InputError where a table is nested too deep, or has an integer that no TOML file may have."""
     todo: list[tuple[str, object, int]] = [("", table, 0)]
+    largest = 2**63 - 1  # TOML 1.0, Integer
     while todo:
         key, value, depth = todo.pop()
         if depth > MAX_TOML_DEPTH:
@@ -164,6 +163,6 @@ def refuse_excess(table: dict, where: str) -> None:
             todo += [(f"{key}.{name}" if key else str(name), item, depth + 1) for name, item in value.items()]
         elif isinstance(value, (list, tuple)):
             todo += [(f"{key}[{k}]", item, depth + 1) for k, item in enumerate(value)]
-        elif isinstance(value, int) and abs(value) > MAX_INTEGER:
+        elif isinstance(value, int) and abs(value) > largest:
             raise InputError(f"{where}: {key} is an integer of {value.bit_length()} bits; must be within "
-                             f"±{MAX_INTEGER:.3g}. Correct it.")
+                             f"±{largest:.3g}. Correct it.")

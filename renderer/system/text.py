@@ -4,7 +4,7 @@ import csv
 import unicodedata
 from datetime import date, time
 
-LONGEST_SHOWN = 200
+MAX_QUOTED_CHARACTERS = 200
 """Number of characters of one value that a message quotes."""
 
 
@@ -26,9 +26,9 @@ def quoted(value: object) -> str:
     except (ValueError, RecursionError):  # an integer of thousands of digits; a list in a thousand lists
         return f"too large to show ({type(value).__name__})"
     text = " ".join(text.split()) if "\n" in text else text
-    if len(text) <= LONGEST_SHOWN:
+    if len(text) <= MAX_QUOTED_CHARACTERS:
         return text
-    half = LONGEST_SHOWN // 2
+    half = MAX_QUOTED_CHARACTERS // 2
     return f"{text[:half]} … {text[-half // 4:]}"
 
 

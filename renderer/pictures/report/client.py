@@ -4,8 +4,8 @@ import datetime
 from html import escape
 from pathlib import Path
 
-from renderer.pictures.report.tables import DASH, html_table
-from renderer.records.requirements import MET, NOT_MET, REQUIREMENT_NAMES
+from renderer.pictures.report.tables import html_table
+from renderer.records.requirements import REQUIREMENT_NAMES, Verdict
 from renderer.system.files import whole_file
 
 
@@ -58,9 +58,9 @@ def _checks(room) -> str:
     for check in room.checks:
         name, unit, form = REQUIREMENT_NAMES[check.key]
         sign = "≤" if check.key == "ugr" else "≥"
-        got = DASH if check.value is None else f"{check.value:{form}} {unit}".strip()
+        got = "–" if check.value is None else f"{check.value:{form}} {unit}".strip()
         bar = f"± {check.bar:.2g}" if check.bar else ""
-        mark = {MET: "✓ met", NOT_MET: "✗ not met"}.get(check.verdict, f"? {check.verdict}")
+        mark = {Verdict.MET: "✓ met", Verdict.NOT_MET: "✗ not met"}.get(check.verdict, f"? {check.verdict}")
         rows.append([check.of, name, f"{sign} {check.asked:g} {unit}".strip(), got, bar, mark])
     return html_table(["area or place", "quantity", "asked", "reached", "95 %", "result"], rows,
                  "What was asked, and what is reached")
@@ -71,13 +71,13 @@ def _luminaires(room) -> str:
     if not lines:
         return "<p>No luminaires.</p>"
     rows = [[line.name, line.kind, line.light, f"{line.number}", f"{line.lumens:.0f}",
-             DASH if line.watts is None else f"{line.watts:.1f}", f"{line.number * line.lumens:.0f}",
-             DASH if line.watts is None else f"{line.number * line.watts:.0f}"] for line in lines]
+             "–" if line.watts is None else f"{line.watts:.1f}", f"{line.number * line.lumens:.0f}",
+             "–" if line.watts is None else f"{line.number * line.watts:.0f}"] for line in lines]
     if len(lines) > 1:
         known = all(line.watts is not None for line in lines)
         rows.append(["all", "", "", f"{sum(line.number for line in lines)}", "", "",
                      f"{sum(line.number * line.lumens for line in lines):.0f}",
-                     f"{sum(line.number * line.watts for line in lines):.0f}" if known else DASH])
+                     f"{sum(line.number * line.watts for line in lines):.0f}" if known else "–"])
     return html_table(["luminaire", "file or shape", "light", "number", "lm each", "W each", "lm", "W"], rows,
                  "Luminaires, new")
 
@@ -97,7 +97,7 @@ def _grids(room) -> str:
         return ""
     rows = []
     for each in room.grids:
-        u0 = DASH if each.uniformity is None else f"{each.uniformity:.2f} ± {each.uniformity_error:.1g}"
+        u0 = "–" if each.uniformity is None else f"{each.uniformity:.2f} ± {each.uniformity_error:.1g}"
         rows.append([each.grid.name, "{} × {}".format(*each.grid.counts),
                      *(f"{f.value:.0f} ± {f.uncertainty:.2g}" for f in (each.mean, each.least, each.most)),
                      u0])
@@ -110,7 +110,7 @@ def _grids(room) -> str:
 def _light(reading: dict) -> list[str]:
     lux = reading["illuminance_lx"]
     return [reading["name"], f"{lux['total']:.0f} ± {lux['uncertainty']:.2g}",
-            *(DASH if reading[key] is None else format(reading[key], form) for key, form in
+            *("–" if reading[key] is None else format(reading[key], form) for key, form in
               (("cct_K", ".0f"), ("cri_ra", ".0f"), ("melanopic_edi_lx", ".0f")))]
 
 
@@ -127,7 +127,7 @@ def _eyes(room) -> str:
         return ""
     rows = []
     for eye, glare in zip(room.eyes, room.ratings, strict=True):
-        rating = DASH if glare.rating is None else f"{glare.rating:.1f} ± {glare.uncertainty:.1g}"
+        rating = "–" if glare.rating is None else f"{glare.rating:.1f} ± {glare.uncertainty:.1g}"
         rows.append([*_light(eye), rating])
     return html_table(["observer", "vertical lx at the eye", "CCT K", "Ra", "melanopic EDI lx", "UGR"], rows,
                  "At the eye: colour of the light, and glare")

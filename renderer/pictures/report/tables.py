@@ -5,8 +5,6 @@ from html import escape
 from renderer.pictures.sheet import BAND_TITLES
 from renderer.readings.finding import signed
 
-DASH = "–"
-
 
 def html_table(columns: list[str], rows: list[list[str]], caption: str) -> str:
     """A table with the names of its rows in the first column."""
@@ -45,13 +43,13 @@ def readings_table(rooms: list) -> str:
                 rows.append([
                     room.title, BAND_TITLES[name], r["name"],
                     *(f"{lux[key]:.2f}" for key in ("direct", "indirect", "total")),
-                    f"{lux['uncertainty']:.2g}", DASH if name != "rgb" else signed(off[r["name"]]),
-                    f"{lux['total'] / base:.3f}" if base else DASH,
+                    f"{lux['uncertainty']:.2g}", "–" if name != "rgb" else signed(off[r["name"]]),
+                    f"{lux['total'] / base:.3f}" if base else "–",
                     f"{r['errors_lx']['bands']:.2g}",
-                    DASH if r["xy"] is None else "{:.4f}, {:.4f}".format(*r["xy"]),
-                    DASH if r["cct_K"] is None else f"{r['cct_K']:.0f}",
-                    DASH if r["duv"] is None else f"{r['duv']:+.4f}",
-                    DASH if r["melanopic_edi_lx"] is None else f"{r['melanopic_edi_lx']:.1f}"])
+                    "–" if r["xy"] is None else "{:.4f}, {:.4f}".format(*r["xy"]),
+                    "–" if r["cct_K"] is None else f"{r['cct_K']:.0f}",
+                    "–" if r["duv"] is None else f"{r['duv']:+.4f}",
+                    "–" if r["melanopic_edi_lx"] is None else f"{r['melanopic_edi_lx']:.1f}"])
     if not rows:
         return "<p>The scenes have no photometers; click into a picture to read anywhere.</p>"
     return html_table(columns, rows, "Readings of the scenes' photometers")

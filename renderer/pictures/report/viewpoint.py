@@ -23,7 +23,7 @@ def looks(rooms: list[tuple[Scene, Transport]], pixels: int) -> tuple[list[View 
     notes = []
     for (scene, transport), camera, key in zip(rooms, cameras, keys, strict=True):
         if camera is None:
-            notes.append(f"{scene.title}: has no camera, and nowhere to look from was found; only in 3-D.")
+            notes.append(f"{scene.title}: has no camera, and no viewpoint for one was found: 3-D only.")
             found[key] = None
             continue
         if scene.camera is None:

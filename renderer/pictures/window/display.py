@@ -9,7 +9,6 @@ from renderer.errors import DisplayError
 X_WINDOW_CLASS = "vtkXOpenGLRenderWindow"
 """Class of VTK's window under X; where it cannot open one, VTK makes a window of another class, off
 screen."""
-REPORT_HINT = "renderer report SCENE makes a page with the same room and photometer for any browser."
 
 
 def refuse_no_display() -> None:
@@ -19,7 +18,7 @@ def refuse_no_display() -> None:
     display = os.environ.get("DISPLAY")
     if not display:
         under = "Wayland without Xwayland" if os.environ.get("WAYLAND_DISPLAY") else "DISPLAY is not set"
-        raise DisplayError(f"there is no X display to open a window on ({under}). {REPORT_HINT}")
+        raise _no_window(f"there is no X display to open a window on ({under})")
     # In a process of its own: without a live display or without OpenGL some versions of VTK abort.
     probe = """
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
@@ -34,11 +33,16 @@ print(window.GetClassName() if window.SupportsOpenGL() else "no OpenGL")
     except subprocess.TimeoutExpired:
         said = ""
     if X_WINDOW_CLASS not in said:
-        raise DisplayError(f"no window can be opened on DISPLAY {display!r} (no X server answers there, or "
-                           f"it has no OpenGL, or libX11 or libGL is not installed). {REPORT_HINT}")
+        raise _no_window(f"no window can be opened on DISPLAY {display!r} (no X server answers there, or "
+                         "it has no OpenGL, or libX11 or libGL is not installed)")
 
 
 def refuse_unseen(render_window) -> None:
     """Raise DisplayError where VTK has opened no window because the display was lost after the check."""
     if sys.platform not in ("darwin", "win32") and render_window.GetClassName() != X_WINDOW_CLASS:
-        raise DisplayError(f"the display {os.environ.get('DISPLAY')!r} answers no more. {REPORT_HINT}")
+        raise _no_window(f"the display {os.environ.get('DISPLAY')!r} no longer answers")
+
+
+def _no_window(reason: str) -> DisplayError:
+    return DisplayError(f"{reason}. renderer report SCENE makes a page with the same room and photometer for "
+                        "any browser.")

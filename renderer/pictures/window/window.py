@@ -20,14 +20,6 @@ from renderer.solving.solution import Solution
 
 MARK_HEIGHT = 1e-3
 """Distance of a mark in front of its surface, relative to the room's longest side."""
-HELP_LINES = (
-    "click       read the photometer      c         picture or pseudocolour",
-    "drag        turn the room            i         luminance or illuminance",
-    "wheel       nearer, farther          b         RGB or bands",
-    "shift drag  move the room            r         the camera's view",
-    "s           save the picture         o         from outside",
-    "h           hide these lines         q or Esc  close",
-)
 
 
 class Window:
@@ -135,7 +127,15 @@ class Window:
         unit = {"luminance": "cd/m²", "illuminance": "lx"}.get(self.mode, "")
         self.overlay.show_legend(top, unit, self.palette)
         state = f"{self.solution.scene.title}: {band_title(self.solution)}, {self.mode}"
-        self.overlay.write_upper([state, *HELP_LINES] if self.helped else [f"{state}    (h: keys)"])
+        keys = (
+            "click       read the photometer      c         picture or pseudocolour",
+            "drag        turn the room            i         luminance or illuminance",
+            "wheel       nearer, farther          b         RGB or bands",
+            "shift drag  move the room            r         the camera's view",
+            "s           save the picture         o         from outside",
+            "h           hide these lines         q or Esc  close",
+        )
+        self.overlay.write_upper([state, *keys] if self.helped else [f"{state}    (h: keys)"])
         self.overlay.write_lower([*self.lines, *([self.note] if self.note else [])])
         self._name_meters()
         self.overlay.come_forward()

@@ -10,18 +10,12 @@ from renderer.scene.cavities import FACE_STEP, Cavities, cavities, points_on
 from renderer.scene.imports.record import Air, ImportedFace, Space, Thing
 from renderer.scene.imports.sorting import polygons_of, sorted_faces, triangles_of
 from renderer.scene.model_files.edges import Edges, connected
-from renderer.scene.model_files.heap import heap
+from renderer.scene.model_files.solids_and_sheets import solids_and_sheets
 from renderer.scene.model_files.weld import facets
 from renderer.scene.room import free_lengths, winding
 
 OPENINGS_M = (0.0, 0.3, 0.6, 1.0, 1.4, 2.1)
 """Widths [m] of openings that count as closed, tried one after the other until there is a room."""
-MIN_SIDES_M = (0.8, 0.8, 1.8)
-"""Least extent [m] of a room; smaller cavities are the inside of walls and furniture."""
-RAYS = 25
-"""Places in a cavity that rays to its bounds start from."""
-WALL_TO_WALL = 0.7
-"""Least extent of a wall, floor or ceiling along two axes, relative to the cavity's."""
 
 
 def rooms_of_cavities(faces: list[ImportedFace], names: list[str], openings: tuple[float, ...]
@@ -32,13 +26,14 @@ def rooms_of_cavities(faces: list[ImportedFace], names: list[str], openings: tup
     openings : widths [m] of openings that count as closed, tried one after the other until there is a room
     """
     found = facets(polygons_of(faces))
-    whole = heap(found)
+    whole = solids_and_sheets(found)
     if not len(whole.faces):
         return []
     corners = whole.vertices[whole.faces]
     for opening in openings:
         air = cavities(corners, whole.solid >= 0, opening)
-        large = [k for k in air.rooms if (air.each[k].extent > MIN_SIDES_M).all()]
+        # Smaller cavities are the inside of walls and furniture.
+        large = [k for k in air.rooms if (air.each[k].extent > (0.8, 0.8, 1.8)).all()]
         if large:
             pieces = _Pieces(faces, names, found)
             return [_space(faces, names, pieces, air, k, f"room {n + 1}") for n, k in enumerate(large)]
@@ -99,7 +94,7 @@ def _closed_around(faces: list[ImportedFace], names: list[str], some: np.ndarray
     if not around:
         return [], []
     turns = abs(winding(inside[None], np.concatenate([triangles_of(face) for face in around]))[0])
-    whole = heap(facets(polygons_of(around)))
+    whole = solids_and_sheets(facets(polygons_of(around)))
     return (around, things) if abs(turns - 1) < 1e-3 and (whole.solid >= 0).all() else ([], [])
 
 
@@ -109,7 +104,7 @@ def _bounds(air: Cavities, cavity: int, corners: np.ndarray) -> np.ndarray:
     cells = np.argwhere(air.cell == cavity)
     bounds = air.low + np.array([cells.min(axis=0) - air.reach, cells.max(axis=0) + 1 + air.reach]
                                 ) * air.pitch
-    some = np.random.default_rng(0).choice(cells, min(len(cells), RAYS), replace=False)
+    some = np.random.default_rng(0).choice(cells, min(len(cells), 25), replace=False)
     ways = np.concatenate([-np.eye(3), np.eye(3)])
     along = np.array([free_lengths(place, ways, corners) for place in air.low + (some + 0.5) * air.pitch])
     met = along.reshape(-1, 2, 3) * np.array([[-1], [1]]) + (air.low + (some + 0.5) * air.pitch)[:, None]
@@ -125,7 +120,8 @@ def _loose(pieces: _Pieces, air: Cavities, cavity: int, near: np.ndarray) -> np.
                                    ) * air.pitch
     slack, size = 2 * air.pitch, high - low
     candidate = near & (pieces.low > low - slack).all(axis=1) & (pieces.high < high + slack).all(axis=1)
-    candidate &= ((pieces.high - pieces.low) > WALL_TO_WALL * size).sum(axis=1) < 2
+    # A wall, floor or ceiling is longer than 70 % of the cavity along two axes.
+    candidate &= ((pieces.high - pieces.low) > 0.7 * size).sum(axis=1) < 2
     some = np.flatnonzero(candidate)
     some = some[np.argsort((pieces.high - pieces.low)[some].prod(axis=1), kind="stable")]
     closed = _Closed(pieces, air, cavity)

@@ -11,13 +11,6 @@ from renderer.scene.imports.sorting import encloses
 from renderer.scene.model_files.record import Unreadable
 from renderer.scene.model_files.xml_safety import refuse_entities
 
-SURFACE_KINDS = {
-    "Ceiling": "ceiling", "Roof": "ceiling", "UndergroundCeiling": "ceiling", "SlabOnGrade": "floor",
-    "UndergroundSlab": "floor", "RaisedFloor": "floor", "ExposedFloor": "floor", "InteriorWall": "walls",
-    "ExteriorWall": "walls", "UndergroundWall": "walls", "Air": "walls"}
-"""Kind of face for each surfaceType. An InteriorFloor is missing: it is the floor of one space and the
-ceiling of another, and its place decides."""
-
 
 def read_gbxml(path: Path, data: bytes) -> Imported:
     """Read a gbXML file. Raises NotImported."""
@@ -103,7 +96,13 @@ class _File:
                               ) from None
         if len(ring) < 3 or not np.isfinite(ring).all() or np.abs(ring).max() > 1e9:
             raise NotImported("has a PolyLoop with fewer than three points, or one that is not finite")
-        kind = "" if surface is None else SURFACE_KINDS.get(surface.get("surfaceType"), "")
+        # An InteriorFloor is missing: it is the floor of one space and the ceiling of another, and its place
+        # decides.
+        kinds = {
+            "Ceiling": "ceiling", "Roof": "ceiling", "UndergroundCeiling": "ceiling", "SlabOnGrade": "floor",
+            "UndergroundSlab": "floor", "RaisedFloor": "floor", "ExposedFloor": "floor",
+            "InteriorWall": "walls", "ExteriorWall": "walls", "UndergroundWall": "walls", "Air": "walls"}
+        kind = "" if surface is None else kinds.get(surface.get("surfaceType"), "")
         return [ImportedFace((ring,), "" if surface is None else self._finish(surface), kind)]
 
     def _with_finishes(self, faces: list[ImportedFace], beside: list) -> list[ImportedFace]:
@@ -139,11 +138,11 @@ class _File:
     def _left_out(self) -> None:
         lost = self.found.not_carried
         if self.openings:
-            lost.append("openings (windows, doors, skylights): the wall around goes on over them")
+            lost.append("openings (windows, doors, skylights): the wall continues over them")
         if self.air:
             lost.append("surfaces of air, taken for walls")
         if self.solar:
-            lost.append("reflectances of sunlight (IntSolar, ExtSolar): light has its own (IntVisible)")
+            lost.append("solar reflectances (IntSolar, ExtSolar): light is reflected by IntVisible")
         counts = {tag: len(list(self.root.iter(tag))) for tag in
                   ("LightingSystem", "Lighting", "IntEquip", "ExtEquip", "HydronicLoop", "AirLoop",
                    "Schedule")}

@@ -137,9 +137,9 @@ class _Model:
         """List the contents that a scene cannot hold."""
         lost, radiance = self.found.not_carried, self.radiance
         if self.apertures:
-            lost.append(f"{_count(self.apertures, 'aperture')}: the wall around goes on over them")
+            lost.append(f"{_count(self.apertures, 'aperture')}: the wall continues over them")
         if self.doors:
-            lost.append(f"{_count(self.doors, 'door')}: the wall around goes on over them")
+            lost.append(f"{_count(self.doors, 'door')}: the wall continues over them")
         if self.air:
             lost.append(f"{_count(self.air, 'air boundary')}, taken for walls: give the rooms as one in the "
                         "modeller")

@@ -92,7 +92,7 @@ def _of_source(name: str, source, turn: np.ndarray, scale: float, file: Path | N
                          ("Location", "Identification", "ItemReference", "Name"))
         file = _found(words, path, name, not_carried) or file
     elif data is not None:
-        not_carried.append(f"the light distribution written inside the file, of {name!r}")
+        not_carried.append(f"the light distribution of {name!r}, which is written in the file itself")
     if file is not None:
         return ImportedLamp(name, "ies", center, normal, up, flux=float(flux) if flux else None, file=file,
                             cct=cct)

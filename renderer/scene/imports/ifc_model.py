@@ -10,13 +10,6 @@ from renderer.scene.imports.ifc_plan import rooms_of_walls
 from renderer.scene.imports.record import Imported, ImportedFace, ImportedFinish, NotImported, Space, Thing
 from renderer.scene.model_files.textures import srgb_decoded
 
-FURNITURE_CLASSES = (
-    "IfcFurnishingElement", "IfcBuildingElementProxy", "IfcColumn", "IfcBeam", "IfcStair",
-    "IfcStairFlight", "IfcRamp", "IfcRampFlight", "IfcRailing", "IfcSanitaryTerminal",
-    "IfcElectricAppliance", "IfcFlowTerminal", "IfcAudioVisualAppliance",
-    "IfcTransportElement", "IfcSpaceHeater")
-"""Classes of things in rooms. Plates and members are missing: most are parts of curtain walls."""
-
 
 def read_ifc_model(path: Path) -> Imported:
     """Read an IFC file. Raises NotImported."""
@@ -65,7 +58,13 @@ class _Reader:
         for item, faces in self._shapes(spaces):
             name = " ".join(dict.fromkeys(x for x in (item.Name, item.LongName) if x)) or item.GlobalId
             self.found.spaces.append(Space(self._once(name), faces))
-        furniture = [item for item in self.of_type(*FURNITURE_CLASSES) if item.id() not in chosen]
+        # Plates and members are missing: most are parts of curtain walls.
+        classes = (
+            "IfcFurnishingElement", "IfcBuildingElementProxy", "IfcColumn", "IfcBeam", "IfcStair",
+            "IfcStairFlight", "IfcRamp", "IfcRampFlight", "IfcRailing", "IfcSanitaryTerminal",
+            "IfcElectricAppliance", "IfcFlowTerminal", "IfcAudioVisualAppliance",
+            "IfcTransportElement", "IfcSpaceHeater")
+        furniture = [item for item in self.of_type(*classes) if item.id() not in chosen]
         for item, faces in self._shapes(furniture, colours=True):
             self.found.things.append(Thing(item.Name or item.is_a(), faces))
         for item, faces in self._shapes(fixtures):
@@ -80,7 +79,7 @@ class _Reader:
             "IfcWindow", "IfcDoor", "IfcOpeningElement", "IfcCurtainWall", "IfcPlate", "IfcMember")]
         said = [f"{count} {kind}" for kind, count in counts if count]
         if said:
-            self.found.not_carried.append(f"{', '.join(said)}: the wall around goes on over them")
+            self.found.not_carried.append(f"{', '.join(said)}: the wall continues over them")
         return self.found
 
     def _once(self, name: str) -> str:

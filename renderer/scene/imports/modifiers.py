@@ -28,18 +28,18 @@ def finish_of(name: str, kind: str, values: list[float], not_carried: list[str])
     rgb, more = np.array((*values, 0, 0, 0)[:3], dtype=float), [*values[3:], 0.0, 0.0, 0.0, 0.0]
     if kind in ("plastic", "plastic2"):
         if more[0] > 0:
-            not_carried.append(f"the gloss of {name!r} (specularity {more[0]:g}), carried as diffuse")
+            not_carried.append(f"the gloss of {name!r} (specularity {more[0]:g}), imported as diffuse")
         return ImportedFinish.of(name, rgb * (1 - more[0]) + more[0])
     if kind in ("metal", "metal2", "mirror"):
-        not_carried.append(f"the gloss of {name!r} ({kind}), carried as diffuse")
+        not_carried.append(f"the gloss of {name!r} ({kind}), imported as diffuse")
         return ImportedFinish.of(name, rgb)
     if kind in ("trans", "trans2"):
-        not_carried.append(f"what {name!r} (trans) lets through")
+        not_carried.append(f"the transmission of {name!r} (trans)")
         return ImportedFinish.of(name, rgb * (1 - more[0]) * (1 - more[2]) + more[0])
     if kind in ("glass", "dielectric", "interface"):
-        not_carried.append(f"what {name!r} ({kind}) lets through: it stands as an opaque surface")
+        not_carried.append(f"the transmission of {name!r} ({kind}): it becomes an opaque surface")
         # A clear pane (n = 1.52) reflects 8 % at normal incidence, both sides together.
-        return ImportedFinish(name, 0.08, remark="a pane; what it lets through is lost")
+        return ImportedFinish(name, 0.08, remark="a pane, without its transmission")
     not_carried.append(f"the material {name!r} ({kind}), whose reflectance is not known")
     return ImportedFinish(name)
 

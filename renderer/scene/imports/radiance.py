@@ -13,7 +13,7 @@ from renderer.scene.imports.record import Imported, ImportedFace, ImportedLamp, 
 from renderer.scene.imports.shape import vector_area
 from renderer.scene.model_files.beside import beside
 
-SIDES = 24
+CIRCLE_SIDES = 24
 """Flat sides of a cylinder, a cone or a ring, whose radius keeps the area of the circle."""
 LIGHT_MATERIALS = ("light", "glow", "illum", "spotlight")
 
@@ -122,8 +122,9 @@ class _Reader:
             ends = [first, second]
         a, b = np.array(numbers[:3]), np.array(numbers[3:6])
         low, high = (_circle(end, b - a, abs(r)) for end, r in ((a, ends[0]), (b, ends[1])))
-        return [(item.points(np.stack([low[k], low[k - SIDES + 1], high[k - SIDES + 1], high[k]])),)
-                for k in range(SIDES)]
+        low_next, high_next = (np.roll(ring, -1, axis=0) for ring in (low, high))
+        return [(item.points(np.stack(corners)),)
+                for corners in zip(low, low_next, high_next, high, strict=True)]
 
     def _light(self, item: Primitive, material: Primitive) -> None:
         """Take a luminous surface: a flat one is joined later with those of its plane, any other is a
@@ -216,11 +217,11 @@ class _Reader:
 
 
 def _circle(center: np.ndarray, axis: np.ndarray, radius: float) -> np.ndarray:
-    """Corners (SIDES, 3) of a polygon of the area of a circle, counter-clockwise about its axis."""
+    """Corners (CIRCLE_SIDES, 3) of a polygon of the area of a circle, counter-clockwise about its axis."""
     length = np.linalg.norm(axis)
     axis = axis / length if length else np.array([0.0, 0.0, 1.0])
     x = np.cross(np.eye(3)[np.abs(axis).argmin()], axis)
     x /= np.linalg.norm(x)
-    angle = 2 * np.pi * np.arange(SIDES) / SIDES
-    outer = radius * np.sqrt(2 * np.pi / (SIDES * np.sin(2 * np.pi / SIDES)))
+    angle = 2 * np.pi * np.arange(CIRCLE_SIDES) / CIRCLE_SIDES
+    outer = radius * np.sqrt(2 * np.pi / (CIRCLE_SIDES * np.sin(2 * np.pi / CIRCLE_SIDES)))
     return center + outer * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * np.cross(axis, x))

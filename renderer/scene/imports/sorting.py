@@ -5,8 +5,8 @@ import numpy as np
 from renderer.scene.imports.record import ImportedFace, Thing
 from renderer.scene.imports.shape import vector_area
 from renderer.scene.model_files.edges import Edges, connected
-from renderer.scene.model_files.heap import areas, heap
 from renderer.scene.model_files.read import Polygons
+from renderer.scene.model_files.solids_and_sheets import areas, solids_and_sheets
 from renderer.scene.model_files.triangulate import triangles_of_polygons
 from renderer.scene.model_files.weld import facets
 from renderer.scene.room import winding
@@ -43,7 +43,7 @@ def sorted_faces(faces: list[ImportedFace], names: list[str]) -> tuple[list[Impo
     """
     polygons = polygons_of(faces)
     found = facets(polygons)
-    whole = heap(found)
+    whole = solids_and_sheets(found)
     if not len(whole.faces):
         return [], []
     edges = Edges(whole.faces)
@@ -64,7 +64,7 @@ def sorted_faces(faces: list[ImportedFace], names: list[str]) -> tuple[list[Impo
 
 def encloses(faces: list[ImportedFace]) -> bool:
     """Whether all faces belong to closed surfaces."""
-    whole = heap(facets(polygons_of(faces)))
+    whole = solids_and_sheets(facets(polygons_of(faces)))
     return bool(len(whole.faces)) and bool((whole.solid >= 0).all())
 
 

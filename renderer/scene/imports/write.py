@@ -188,7 +188,7 @@ def _text(draft: Draft, title: str, room_table: dict, parts: dict[str, list[dict
     lines.append("# The origin of this scene is at " + ", ".join(f"{x + 0.0:.6g}" for x in origin)
                  + " m of the file.")
     if written.not_carried:
-        lines.append("# Not carried over:")
+        lines.append("# Not imported:")
         lines += [f"#   {clean(each, 300)}" for each in written.not_carried[:40]]
         if len(written.not_carried) > 40:
             lines.append(f"#   and {len(written.not_carried) - 40} more")

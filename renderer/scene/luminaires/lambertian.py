@@ -7,11 +7,6 @@ import numpy as np
 from renderer.radiometry.polygons import exchange_areas, exchanged, polygon_factors
 from renderer.scene.luminaires.luminaire import ExtendedLuminaire, PointLuminaire
 
-FAR_PATCH_SHARE = 1 / 64
-"""Largest diagonal of a patch, relative to its distance from a luminaire, for which the illuminance at its
-centre stands for its mean: light that falls as 1/d² has a mean within 6/24 · (1/64)² = 6e-5 of the value
-there."""
-
 
 class IsotropicPoint(PointLuminaire):
     """A point with the same intensity in all directions."""
@@ -71,7 +66,8 @@ class LambertianFace(_Cosine, ExtendedLuminaire):
         radius = np.linalg.norm(self.outline - self.center, axis=1).max()
         distance = np.maximum(away @ self.normal, np.linalg.norm(away, axis=1) - radius)  # lower bound
         diagonal = np.linalg.norm(mesh.corners[patch, 2] - mesh.corners[patch, 0], axis=1)
-        far = diagonal < FAR_PATCH_SHARE * distance
+        # Light that falls as 1/d² has a mean within 6/24 · (1/64)² = 6e-5 of its value at their centre.
+        far = diagonal < distance / 64
         outline = np.broadcast_to(self.outline, (len(patch), *self.outline.shape))
         flux = np.empty(len(patch))
         flux[~far] = exchange_areas(mesh.corners[patch[~far]], outline[~far])

@@ -14,8 +14,6 @@ from renderer.scene.luminaires.luminaire import ExtendedLuminaire
 from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads
 
-POINTS_PER_BATCH = 1 << 13
-
 
 @dataclass(frozen=True)
 class OpeningFace:
@@ -84,7 +82,7 @@ class OpeningLuminaire(ExtendedLuminaire):
                 lit = np.flatnonzero(before & above)
                 light[start + lit] += _from_face(p[lit], n[lit], self, face)
 
-        in_threads(work, len(points), POINTS_PER_BATCH)
+        in_threads(work, len(points), 1 << 13)
         return light
 
     def projected_area(self, away: np.ndarray) -> np.ndarray:
@@ -123,7 +121,7 @@ def _from_face(p: np.ndarray, n: np.ndarray, luminaire: OpeningLuminaire, face: 
         k = np.flatnonzero(whole & (ring == step))
         places, share = _rule(face, sides, luminaire.longest_piece * 2**step)
         places = places @ luminaire.axes.T
-        size = max(1, POINTS_PER_BATCH * 4 // len(places))
+        size = max(1, (1 << 15) // len(places))
         for part in np.split(k, range(size, len(k), size)):
             light[part] = _sent(at[part, None], facing[part, None], places, luminaire, face) @ (
                 face.area * share)

@@ -52,9 +52,8 @@ def connected(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def flips(count: int, one: np.ndarray, other: np.ndarray, agree: np.ndarray) -> np.ndarray | None:
-    """Faces (count,) to turn so that all pairs agree; None where that is impossible.
-
-    Of the two ways for a connected set, the one that turns fewer faces is taken.
+    """Faces (count,) to turn so that all pairs agree, as few as possible in each connected set; None where
+    the faces of a set cannot agree.
     """
     from scipy.sparse.csgraph import breadth_first_order, connected_components
 
@@ -76,11 +75,11 @@ def flips(count: int, one: np.ndarray, other: np.ndarray, agree: np.ndarray) -> 
 
 
 def divided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces (m, 3) divided where the vertex of another face lies on an open edge, and the face (m,) each is
-    part of.
+    """Faces (m, 3), divided where a vertex of another face lies on an open edge, and the original face (m,)
+    of each.
 
-    Such T-junctions leave a surface open in the file that looks closed. With over 20,000 open edges the faces
-    are sheets, and none is divided.
+    Such T-junctions leave a surface open in the file although it looks closed. With over 20,000 open edges
+    the faces are sheets, and none is divided.
     """
     from scipy.spatial import KDTree
 

@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 
-from renderer.scene.model_files.gltf_buffers import DRACO, MESHOPT, Buffers, draco
+from renderer.scene.model_files.gltf_buffers import Buffers, draco
 from renderer.scene.model_files.ply import strip_triangles
 from renderer.scene.model_files.record import Beside, ModelFile, Piece, Unreadable
 from renderer.scene.model_files.textures import mean_colour
@@ -19,7 +19,8 @@ def read_gltf(data: bytes, beside: Beside) -> ModelFile:
     if not version.startswith("2"):
         raise Unreadable(f"is glTF {version[:8]}, and 2.0 is read; convert it")
     # Extensions that are read, and extensions that do not change a surface's place or colour.
-    understood = {DRACO, *MESHOPT, "KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_lights_punctual",
+    understood = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression",
+                  "KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_lights_punctual",
                   "KHR_animation_pointer", "KHR_node_visibility", "KHR_xmp", "KHR_xmp_json_ld",
                   "EXT_lights_image_based", "MSFT_lod", "KHR_audio_emitter"}
     of_colour = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "MSFT_packing_",
@@ -114,7 +115,7 @@ class _Scene:
         mode, attributes = primitive.get("mode", 4), primitive.get("attributes", {})
         if mode not in (4, 5, 6) or "POSITION" not in attributes:
             return None
-        packed, uv = primitive.get("extensions", {}).get(DRACO), None
+        packed, uv = primitive.get("extensions", {}).get("KHR_draco_mesh_compression"), None
         if packed is not None:
             vertices, triangles, uv = draco(self.buffers.view(packed["bufferView"])[0])
         else:

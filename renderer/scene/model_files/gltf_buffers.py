@@ -4,10 +4,7 @@ import numpy as np
 
 from renderer.scene.model_files.record import Beside, Unreadable
 
-COMPONENT_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 MAX_ELEMENTS = 100_000_000
-MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
-DRACO = "KHR_draco_mesh_compression"
 
 
 class Buffers:
@@ -39,8 +36,9 @@ class Buffers:
         """The bytes of a view, and its stride (0 for packed ones). Raises Unreadable."""
         if index not in self.views:
             view = self.root["bufferViews"][index]
-            packed = next((view["extensions"][name] for name in MESHOPT
-                           if name in view.get("extensions", {})), None)
+            extensions = view.get("extensions", {})
+            packed = next((extensions[name] for name in ("EXT_meshopt_compression", "KHR_meshopt_compression")
+                           if name in extensions), None)
             if packed is not None:
                 self.views[index] = _meshopt(self._slice(packed), packed), packed["byteStride"]
             else:
@@ -62,7 +60,8 @@ class Buffers:
         count, width = given["count"], widths[given["type"]]
         if not 0 <= count <= MAX_ELEMENTS:
             raise Unreadable(f"claims {count} numbers in one list; export it again")
-        kind = np.dtype(COMPONENT_TYPES[given["componentType"]])
+        types = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+        kind = np.dtype(types[given["componentType"]])
         if "bufferView" in given:
             values = self._strided(given["bufferView"], given.get("byteOffset", 0), kind, count, width)
         else:
@@ -71,7 +70,7 @@ class Buffers:
         if sparse:
             some, place = sparse["count"], sparse["indices"]
             at = self._strided(place["bufferView"], place.get("byteOffset", 0),
-                               np.dtype(COMPONENT_TYPES[place["componentType"]]), some, 1)[:, 0]
+                               np.dtype(types[place["componentType"]]), some, 1)[:, 0]
             values = values.copy()
             values[at] = self._strided(sparse["values"]["bufferView"], sparse["values"].get("byteOffset", 0),
                                        kind, some, width)

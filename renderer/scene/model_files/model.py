@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from renderer.errors import InputError
-from renderer.scene.model_files.heap import Heap, heap
 from renderer.scene.model_files.read import read_polygons
+from renderer.scene.model_files.solids_and_sheets import SolidsAndSheets, solids_and_sheets
 from renderer.scene.model_files.weld import facets
 
 
@@ -16,14 +16,14 @@ from renderer.scene.model_files.weld import facets
 class Model:
     """The faces of a file [m], z up.
 
-    heap : the faces as solids and sheets
+    shapes : the faces as solids and sheets
     names, colours : of each part, as in `Polygons`
     polygons : their number in the file
     taken, notes : as in `Polygons`
     """
 
     file: str
-    heap: Heap
+    shapes: SolidsAndSheets
     names: list[tuple[str, ...]]
     colours: list[np.ndarray | None]
     polygons: int
@@ -33,7 +33,7 @@ class Model:
     @property
     def bounds(self) -> np.ndarray:
         """Lowest and highest corner (2, 3) [m]."""
-        corners = self.heap.vertices[np.unique(self.heap.faces)]
+        corners = self.shapes.vertices[np.unique(self.shapes.faces)]
         return np.array([corners.min(axis=0), corners.max(axis=0)])
 
     @property
@@ -45,7 +45,7 @@ class Model:
     def said(self) -> str:
         """A sentence about the reading of the file, with its size and its solids and sheets."""
         size = " × ".join(f"{x:.3g}" for x in np.ptp(self.bounds, axis=0))
-        solids, sheets = int(self.heap.solid.max(initial=-1)) + 1, int((self.heap.solid < 0).sum())
+        solids, sheets = int(self.shapes.solid.max(initial=-1)) + 1, int((self.shapes.solid < 0).sum())
         kinds = [f"{solids} solid{'s' * (solids != 1)}"] * (solids > 0)
         kinds += [f"{sheets} triangle{'s' * (sheets != 1)} of sheets"] * (sheets > 0)
         more = "".join(f"; {note}" for note in self.notes)
@@ -66,7 +66,7 @@ def read_model(path: Path, where: str, scale: float = 1.0, units: str | None = N
 def _read(path: Path, _stamp, where: str, scale: float, units: str | None, up: str | None,
           root: Path | None) -> Model:
     file = read_polygons(path, where, scale, units, up, root)
-    found = heap(facets(file))
+    found = solids_and_sheets(facets(file))
     if not len(found.faces):
         raise InputError(f"{where}: {path.name} holds no faces with area; export the model with its "
                          "polygons.")

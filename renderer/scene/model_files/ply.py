@@ -7,10 +7,6 @@ import numpy as np
 from renderer.scene.model_files.record import ModelFile, Piece, Unreadable
 from renderer.scene.model_files.textures import srgb_decoded
 
-TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
-         "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
-         "float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
-
 
 @dataclass
 class _Element:
@@ -55,6 +51,9 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
     body = data[end + len(b"end_header"):]
     body = body[2:] if body.startswith(b"\r\n") else body[1:]
     order, elements = None, []
+    types = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
+             "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
+             "float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
     for line in data[:end].decode("latin-1").splitlines():
         words = line.split()
         if words[:1] == ["format"] and len(words) > 1:
@@ -62,8 +61,8 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
         elif words[:1] == ["element"] and len(words) == 3:
             elements.append(_Element(words[1], int(words[2]), []))
         elif words[:1] == ["property"] and elements:
-            length = TYPES[words[2]] if words[1] == "list" else ""
-            elements[-1].properties.append((words[-1], TYPES[words[-2]], length))
+            length = types[words[2]] if words[1] == "list" else ""
+            elements[-1].properties.append((words[-1], types[words[-2]], length))
     if any(not element.properties for element in elements):
         raise Unreadable("has a header that says nothing of one of its elements; export it again")
     if order is None:

@@ -15,17 +15,8 @@ logging.getLogger("trimesh").addHandler(logging.NullHandler())  # trimesh would 
 
 MODEL_FORMATS = ("obj", "ply", "stl", "glb", "gltf", "dae", "3mf")
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
-KNOWN_FORMATS = "OBJ, PLY, STL, GLB, glTF, COLLADA (.dae) or 3MF"
-SPELT = {"gltf": "glTF", "dae": "COLLADA"}
-"""Names of formats that are not the file's ending in capitals."""
 MAX_COORDINATE_M = 1e9
 """Largest coordinate [m]; its inverse is the smallest length."""
-OTHER_FORMATS = {"skp": "SketchUp", "3ds": "3D Studio", "fbx": "FBX", "blend": "Blender", "ifc": "IFC",
-          "dwg": "AutoCAD", "dxf": "DXF", "step": "STEP", "stp": "STEP", "iges": "IGES", "igs": "IGES",
-          "3dm": "Rhino", "usdz": "USD", "usd": "USD", "usda": "USD", "usdc": "USD", "x3d": "X3D",
-          "wrl": "VRML", "off": "OFF", "rvt": "Revit", "max": "3ds Max", "c4d": "Cinema 4D", "zip": "ZIP",
-          "zae": "zipped COLLADA"}
-"""Names of formats that are not read, by the file's ending."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +53,12 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
     root : the scene's folder, in which the file may name others; None for only the file's own folder
     """
     kind = path.suffix.lower().lstrip(".")
-    called = SPELT.get(kind, kind.upper())
+    called = {"gltf": "glTF", "dae": "COLLADA"}.get(kind, kind.upper())
+    known = "OBJ, PLY, STL, GLB, glTF, COLLADA (.dae) or 3MF"
     if kind not in MODEL_FORMATS:
         raise InputError(f"{where}: {path.name} is "
-                         f"{OTHER_FORMATS.get(kind, 'of a format that is not read')}; export it as "
-                         f"{KNOWN_FORMATS}.")
+                         f"{_unread_format(kind)}; export it as "
+                         f"{known}.")
     data = read_input(path, "model", where, "Paths are relative to the scene file; correct this one.")
     try:
         with np.errstate(all="ignore"):
@@ -75,12 +67,22 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
         raise InputError(f"{where}: {path.name} {fault}.") from None
     except (LookupError, TypeError, AttributeError):
         raise InputError(f"{where}: {path.name} lacks a value that {called} demands, "
-                         f"or has one of a wrong kind; export it again, or as {KNOWN_FORMATS}.") from None
+                         f"or has one of a wrong kind; export it again, or as {known}.") from None
     except Exception as error:  # noqa: BLE001  readers raise errors of any class for faulty files
         reason = " ".join(f"{error}".split())[:200] or type(error).__name__
         raise InputError(f"{where}: {path.name} cannot be read as {called} ({reason}); export it "
-                         f"again, or as {KNOWN_FORMATS}.") from None
+                         f"again, or as {known}.") from None
     return _in_metres(found, path, where, scale, units, up)
+
+
+def _unread_format(ending: str) -> str:
+    """What a file with the ending of another program is, for a message."""
+    names = {"skp": "SketchUp", "3ds": "3D Studio", "fbx": "FBX", "blend": "Blender", "ifc": "IFC",
+             "dwg": "AutoCAD", "dxf": "DXF", "step": "STEP", "stp": "STEP", "iges": "IGES", "igs": "IGES",
+             "3dm": "Rhino", "usdz": "USD", "usd": "USD", "usda": "USD", "usdc": "USD", "x3d": "X3D",
+             "wrl": "VRML", "off": "OFF", "rvt": "Revit", "max": "3ds Max", "c4d": "Cinema 4D", "zip": "ZIP",
+             "zae": "zipped COLLADA"}
+    return names.get(ending, "of a format that is not read")
 
 
 def _parsed(data: bytes, path: Path, kind: str, root: Path) -> ModelFile:

@@ -51,12 +51,12 @@ def read_eulumdat(text: str) -> Photometry:
         raise ValueError(f"has {lumens:g} lm for the lamps' flux, line 29, on which its intensities depend; "
                          "must be above 0. Correct it")
     if sets > 1:
-        faults.append(f"it offers {sets} sets of lamps; the first is taken, {lumens:g} lm")
+        faults.append(f"it offers {sets} sets of lamps; the first is used, {lumens:g} lm")
     factor = 1.0
     if conversion != 1:
         factor = conversion if 1e-6 < conversion < 1e6 else 1.0
         faults.append(f"its conversion factor is {conversion:g}; intensities are "
-                      + ("multiplied by it" if factor != 1 else "taken as they are"))
+                      + ("multiplied by it" if factor != 1 else "used as they are"))
     start = 26 + 6 * sets
     numbers = Numbers("\n".join(lines[start:]).replace(",", "."))
     numbers.take(10, "the direct ratios")
@@ -112,10 +112,10 @@ def _stated(light_output: float, lumens: float, flux: float, faults: list[str]) 
     Notes a flux of the intensities that differs from it by more than 0.5 %.
     """
     if not 0 < light_output < 1000:
-        faults.append(f"its light output ratio is {light_output:g} %; the intensities are taken as they are")
+        faults.append(f"its light output ratio is {light_output:g} %; the intensities are used as they are")
         return None
     stated = light_output / 100 * lumens
     if abs(flux - stated) > 0.005 * stated:
         faults.append(f"it states {stated:.5g} lm ({light_output:g} % of its lamps'), but its intensities "
-                      f"add up to {flux:.5g} lm; the intensities are taken")
+                      f"add up to {flux:.5g} lm; the intensities are used")
     return stated

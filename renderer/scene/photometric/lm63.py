@@ -22,7 +22,6 @@ from renderer.scene.photometric.shapes import Shape, shape_of_lm63
 FIELDS = ("number of lamps", "lumens per lamp", "candela multiplier", "number of vertical angles",
           "number of horizontal angles", "photometric type", "units type", "width", "length", "height")
 FACTORS = ("ballast factor", "ballast-lamp factor", "input watts")
-PHOTOMETRIC_TYPES = {1: "C", 2: "B", 3: "A"}
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,8 @@ def read_lm63(text: str) -> Photometry:
     numbers = Numbers("\n".join(lines[head.body:]))
     tilt = _tilt(head.tilt, numbers, faults)
     field = {name: numbers.next(f"the {name}") for name in FIELDS}
-    if field["photometric type"] not in PHOTOMETRIC_TYPES:
+    types = {1: "C", 2: "B", 3: "A"}
+    if field["photometric type"] not in types:
         raise ValueError(f"has the photometric type {field['photometric type']:g}; must be 1 (C), 2 (B) or 3 "
                          "(A). Correct it")
     counts = [_whole(field[f"number of {which} angles"], f"number of {which} angles")
@@ -68,7 +68,7 @@ def read_lm63(text: str) -> Photometry:
         # Later editions leave this field free, or state the file generation type in it.
         factor *= field_within(field, "ballast-lamp factor", 1e-3, 10)
     candela = checked_intensities(candela.reshape(len(horizontal), len(vertical)) * factor, faults)
-    kind = PHOTOMETRIC_TYPES[field["photometric type"]]
+    kind = types[field["photometric type"]]
     distribution = (_type_c(vertical, horizontal, candela, faults) if kind == "C"
                     else _type_a_or_b(vertical, horizontal, candela, kind, faults))
     lamps = _lamp_lumens(field, distribution.flux / factor * field["candela multiplier"], faults)
@@ -248,11 +248,11 @@ def _lamp_lumens(field: dict[str, float], flux: float, faults: list[str]) -> flo
         return None
     lamps = field["number of lamps"] * each
     if not 0 < lamps < 1e12:
-        faults.append(f"it states {lamps:g} lm of the lamps; the candela values are taken as they are")
+        faults.append(f"it states {lamps:g} lm of the lamps; the candela values are used as they are")
         return None
     if flux > 1.02 * lamps:
         faults.append(f"its candela values add up to {flux:.5g} lm, more than the {lamps:.5g} lm of its "
-                      "lamps; the candela values are taken")
+                      "lamps; the candela values are used")
     return lamps
 
 
@@ -260,7 +260,7 @@ def _shape(field: dict[str, float], year: int, faults: list[str]) -> Shape:
     """The luminous opening: length along C0, width across it (LM-63-2002, 5.11 and its annex on shapes)."""
     unit = field["units type"]
     if unit not in (1, 2):
-        faults.append(f"its units type is {unit:g}, neither 1 (feet) nor 2 (metres); metres are taken")
+        faults.append(f"its units type is {unit:g}, neither 1 (feet) nor 2 (metres); metres are assumed")
     size = [field[name] * (0.3048 if unit == 1 else 1.0) for name in ("width", "length", "height")]
     size = opening_in_metres(size, "feet" if unit == 1 else "metres", faults)
     return shape_of_lm63(*size, year >= 2002, faults)

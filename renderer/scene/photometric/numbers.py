@@ -5,8 +5,6 @@ from math import isfinite
 
 import numpy as np
 
-MAX_INTENSITY_CD = 1e12
-"""Largest intensity [cd] that a file may state; that of the sun is 3e27."""
 LINE_END = re.compile(r"\r\n|\r|\n")
 """Ends of lines; str.splitlines would also end a line at Latin-1's 0x85."""
 
@@ -97,19 +95,20 @@ def checked_intensities(candela: np.ndarray, faults: list[str]) -> np.ndarray:
 
     Raises ValueError for negative, excessive or only zero intensities.
     """
-    if candela.max() > MAX_INTENSITY_CD:
+    most = 1e12  # [cd]; the sun has 3e27 cd
+    if candela.max() > most:
         raise ValueError(f"has an intensity of {candela.max():g} cd; must be up to "
-                         f"{MAX_INTENSITY_CD:.0e}. Correct the file")
+                         f"{most:.0e}. Correct the file")
     if candela.min() < -0.01 * max(candela.max(), 0.0):
         row, column = np.unravel_index(candela.argmin(), candela.shape)
         raise ValueError(f"has a negative intensity, {candela.min():g} cd, value {column + 1} of plane "
                          f"{row + 1}; light is not negative. Put 0 there if it is noise")
-    if candela.max() < 1 / MAX_INTENSITY_CD:
+    if candela.max() < 1 / most:
         raise ValueError("has no intensity above 0, so it gives no light. Download the file again")
     below = int((candela < 0).sum())
     if below:
         faults.append(f"{below} of its intensities {'are' if below > 1 else 'is'} below 0, {candela.min():g} "
-                      "cd at the lowest; 0 is taken")
+                      "cd at the lowest; 0 is used")
     return np.clip(candela, 0.0, None)
 
 
@@ -141,9 +140,9 @@ def opening_in_metres(size: list[float], unit: str, faults: list[str]) -> list[f
     longest = max(map(abs, size))
     if longest >= 20.0 and unit == "metres":
         faults.append(f"its luminous opening would be {longest:g} m long, so it is in millimetres though the "
-                      f"file says metres; {longest:g} mm is taken")
+                      f"file says metres; {longest:g} mm is assumed")
         return [x / 1000 for x in size]
     if longest > 5.0:
-        faults.append(f"its luminous opening is {longest:g} m long; is it in {unit}? It is taken as it "
+        faults.append(f"its luminous opening is {longest:g} m long; is it in {unit}? It is used as it "
                       f"stands")
     return size

@@ -116,7 +116,7 @@ def _round_in_height(signs: tuple[int, int, int], size: list[float], since_2002:
         return Ellipsoid(*size)
     if across == (0, 0):
         faults.append(f"its luminous opening has a height of {-height:g} m and no width or length; a sphere "
-                      "of that diameter is taken")
+                      "of that diameter is assumed")
         return Ellipsoid(height, height, height)
     if across in ((-1, 0), (0, -1)):
         if since_2002:
@@ -129,5 +129,5 @@ def _round_in_height(signs: tuple[int, int, int], size: list[float], since_2002:
     if across == (1, 0):
         return Cylinder(height, width, height, axis=C90)
     faults.append("its luminous opening has a negative height and neither length nor width is: no edition of "
-                  "LM-63 knows that; a box is taken")
+                  "LM-63 knows that; a box is assumed")
     return Shape(*size)

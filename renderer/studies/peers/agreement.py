@@ -1,7 +1,6 @@
 """Readings of the same rooms in this program and in other programs, with the error bars of both."""
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -16,13 +15,6 @@ from renderer.solving.transport_store import Progress, TransportStore
 from renderer.studies.peers import mitsuba3, radiance
 from renderer.studies.peers.export import CannotRun, Value
 from renderer.system.files import whole_file
-
-REFLECTANCES = (0.05, 0.2, 0.5, 0.8, 0.9)
-"""Reflectances of all surfaces of box.toml, one room each."""
-ACCURACY = 0.005
-"""Accuracy of this program's readings."""
-PEERS: dict[str, Callable[[list[Scene], Progress], list[list[Value]]]] = {
-    mitsuba3.NAME: mitsuba3.readings_in_mitsuba, radiance.NAME: radiance.readings_in_radiance}
 
 
 @dataclass(frozen=True)
@@ -80,19 +72,20 @@ def rooms() -> list[Scene]:
     """The compared rooms: a box with five reflectances, a partition, an L, an uplight."""
     folder = Path(__file__).parent / "rooms"
     box = load(folder / "box.toml")
-    paints = [Material("paint", flat=rho) for rho in REFLECTANCES]
+    paints = [Material("paint", flat=rho) for rho in (0.05, 0.2, 0.5, 0.8, 0.9)]
     painted = [replace(box, title=f"box, ρ = {paint.flat:g}", materials=[paint] * len(box.room.surfaces))
                for paint in paints]
     return painted + [load(folder / f"{name}.toml") for name in ("occluder", "l_shaped", "uplight")]
 
 
-def compare_with_peers(scenes: list[Scene], progress: Progress) -> Agreement:
-    """Read all photometers of all scenes in RGB, here and in each peer that can run."""
+def compare_with_peers(scenes: list[Scene], progress: Progress, accuracy: float = 0.005) -> Agreement:
+    """Read all photometers of all scenes in RGB, here to an accuracy [1] and in each peer that can run."""
     shared = TransportStore()
-    ours = [solve(scene, "rgb", ACCURACY, store=shared, progress=progress).photometers()
+    ours = [solve(scene, "rgb", accuracy, store=shared, progress=progress).photometers()
             for scene in scenes]
     theirs, skipped = {}, []
-    for name, readings in PEERS.items():
+    for name, readings in ((mitsuba3.NAME, mitsuba3.readings_in_mitsuba),
+                           (radiance.NAME, radiance.readings_in_radiance)):
         try:
             theirs[name] = readings(scenes, progress)
         except CannotRun as sentence:

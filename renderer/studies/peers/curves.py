@@ -19,10 +19,6 @@ from renderer.studies.peers.export import CannotRun, Handover, hand_over
 
 PEER_LIMIT = 12.0
 """Time [s] after which a peer starts no finer run."""
-PATHS_OF_PASSES = (4, 4, 8, 16, 32, 64, 128, 256)
-"""Paths a pixel of Mitsuba's passes; further passes have as many as the last."""
-RAYS_OF_RUNS = (1, 4, 16, 64, 256, 1024)
-"""Rays a meter of Radiance's runs, each of 1,024 ambient rays."""
 
 ErrorOf = Callable[[np.ndarray], float]
 """The largest relative error of the meters' readings (n_meters,) [lx]."""
@@ -52,8 +48,9 @@ def mitsuba_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
 
 
 def _traced(room: Handover, process: ProcessPoolExecutor) -> list[tuple[float, np.ndarray]]:
-    process.submit(mitsuba3.read_growing, room, 1, PATHS_OF_PASSES[:1], 0.0).result()  # compiles
-    return process.submit(mitsuba3.read_growing, room, 2, PATHS_OF_PASSES, PEER_LIMIT).result()
+    paths = (4, 4, 8, 16, 32, 64, 128, 256)  # a pixel; further passes have as many as the last
+    process.submit(mitsuba3.read_growing, room, 1, paths[:1], 0.0).result()  # compiles
+    return process.submit(mitsuba3.read_growing, room, 2, paths, PEER_LIMIT).result()
 
 
 def radiance_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
@@ -65,7 +62,8 @@ def radiance_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
         octree = radiance.write_octree(room, Path(folder))
         shares = np.array_split(np.arange(len(room.meters)), min(os.cpu_count() or 1, len(room.meters)))
         with ThreadPoolExecutor(len(shares)) as pool:
-            for rays in RAYS_OF_RUNS:
+            # Rays of a meter, each with 1,024 ambient rays.
+            for rays in (1, 4, 16, 64, 256, 1024):
                 started = time.perf_counter()
                 read = pool.map(lambda some, rays=rays: radiance.read_many(
                     octree, [room.meters[k] for k in some], room.luminous, rays), shares)
@@ -80,7 +78,7 @@ def _needs(name: str, package: str) -> None:
     """Raise CannotRun where the package is not installed."""
     if find_spec(package) is None:
         raise CannotRun(f"{name} is skipped: the package {package} is not installed; "
-                        "pip install 'spectral-radiosity[peers]' brings it.")
+                        "pip install 'spectral-radiosity[peers]' installs it.")
 
 
 PEER_CURVES = {mitsuba3.NAME: (partial(_needs, mitsuba3.NAME, "mitsuba"), mitsuba_curve),

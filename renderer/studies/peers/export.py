@@ -29,8 +29,6 @@ PEER_PRECISION = 1e-3
 """Half-width, relative to the reading, at which a peer stops."""
 PEER_SECONDS = 4.0
 """Time [s] for a reading after which a peer stops."""
-CIE_Y = 106.856895
-"""Mitsuba's luminance of a spectrum is its integral with the CIE 1931 ȳ, in steps of 5 nm, over this."""
 
 
 class CannotRun(Exception):
@@ -88,7 +86,8 @@ def light_at_1_nm(lamp: Spectrum) -> np.ndarray:
     """Spectrum (471,) of one lumen as Mitsuba weighs it."""
     nm, observer = cie_1931()
     power = power_at_1_nm(lamp)
-    return power * CIE_Y / (power @ np.interp(nm, nm[::5], observer[::5, 1]))
+    # Mitsuba's luminance of a spectrum is its integral with ȳ, in steps of 5 nm, over 106.856895.
+    return power * 106.856895 / (power @ np.interp(nm, nm[::5], observer[::5, 1]))
 
 
 def hand_over(scene: Scene, spectral: bool = False) -> Handover:

@@ -40,13 +40,9 @@ from renderer.studies.peers.export import (
 NAME = "Mitsuba 3"
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 """Compiled for this processor, about ten times as fast, or plain C++, which needs no LLVM."""
-SPECTRAL_VARIANTS = ("llvm_ad_spectral", "scalar_spectral")
-"""The same with four wavelengths a path, for a Handover with luminous (1,)."""
 TILE_PIXELS = 16
 PATHS = 1024
 """Paths a pixel in one pass of one meter."""
-PATHS_OF_A_BATCH = 256
-"""Paths a pixel in one pass of all meters."""
 SEEDS_PER_READING = 100_000
 """Seeds reserved for each reading: more than its passes."""
 Result = TypeVar("Result")
@@ -70,7 +66,7 @@ def in_mitsuba(work: Callable[[ProcessPoolExecutor], Result],
     """
     if find_spec("mitsuba") is None:
         raise CannotRun(f"{NAME} is skipped: the package mitsuba is not installed; "
-                        "pip install 'spectral-radiosity[peers]' brings it.")
+                        "pip install 'spectral-radiosity[peers]' installs it.")
     faults = []
     for variant in variants:
         context = multiprocessing.get_context("spawn")
@@ -142,7 +138,7 @@ def read_all(room: Handover, stream: int, aim: list[float], seconds: float) -> l
     """
     batches: list[np.ndarray] = []
     started = time.perf_counter()
-    for lx in _batch_passes(room, stream, repeat(PATHS_OF_A_BATCH)):
+    for lx in _batch_passes(room, stream, repeat(256)):
         batches.append(lx)
         got = [value_of(each) for each in np.concatenate(batches, axis=1)]
         if time.perf_counter() - started > seconds or all(
@@ -222,7 +218,7 @@ def _camera(meter: PeerMeter) -> dict:
 def _film() -> dict:
     import mitsuba as mi
 
-    kind = "luminance" if mi.variant() in SPECTRAL_VARIANTS else "rgb"
+    kind = "luminance" if mi.variant().endswith("_spectral") else "rgb"
     return {"type": "hdrfilm", "width": TILE_PIXELS, "height": TILE_PIXELS, "pixel_format": kind,
             "rfilter": {"type": "box"}}
 

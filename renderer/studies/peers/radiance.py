@@ -41,7 +41,7 @@ def readings_in_radiance(scenes: list[Scene], progress: Progress) -> list[list[V
     """Readings of all photometers of all scenes in Radiance. Raises CannotRun."""
     if find_spec("pyradiance") is None:
         raise CannotRun(f"{NAME} is skipped: the package pyradiance is not installed; "
-                        "pip install 'spectral-radiosity[peers]' brings it.")
+                        "pip install 'spectral-radiosity[peers]' installs it.")
     with running():
         return [_readings(scene, progress) for scene in scenes]
 

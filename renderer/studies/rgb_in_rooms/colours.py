@@ -15,11 +15,11 @@ from renderer.readings.spectrum import reconstructed
 from renderer.studies.rgb_in_rooms.gains import READINGS
 from renderer.studies.rgb_in_rooms.models import LAMPS, REFERENCE, BandModel, lamp_spectrum
 from renderer.studies.rgb_in_rooms.palettes import PALETTES
-from renderer.studies.rgb_in_rooms.run import FOR_A_LAMP, StudiedRoom, lamp_models
+from renderer.studies.rgb_in_rooms.run import LAMP_DEPENDENT_MODELS, StudiedRoom, lamp_models
 
 COLOUR_QUANTITIES = ("x, y", "CCT", "R_a", "melanopic EDI")
 """Distance in the chromaticity diagram, difference in K, in points and in per cent."""
-COLOURED = ("rgb", "prefiltered", "9", "16", "31")
+MODELS_WITH_COLOUR = ("rgb", "prefiltered", "9", "16", "31")
 """Models with a colour; the first two have no spectrum, and so only x, y and CCT. The six nodes have only
 lumens."""
 
@@ -29,7 +29,7 @@ class Colours:
     """Differences in COLOUR_QUANTITIES of the light at the eye, NaN where one is not defined.
 
     shift : (n, 4) in 61 bands from the lamp alone, the last of melanopic light per lux
-    error : (n, 4) from 61 bands, for each of COLOURED
+    error : (n, 4) from 61 bands, for each of MODELS_WITH_COLOUR
     palette : (n,) indices
     """
 
@@ -41,7 +41,7 @@ class Colours:
 def colours_at_the_eye(rooms: list[StudiedRoom]) -> Colours:
     """Differences for all paintings of the rooms, each under one lamp, the lamps in turn."""
     names, shifts, palettes, turn = list(LAMPS), [], [], 0
-    errors: dict[str, list] = {name: [] for name in COLOURED}
+    errors: dict[str, list] = {name: [] for name in MODELS_WITH_COLOUR}
     alone = {name: spectral_flux(lamp_spectrum(name), 1.0) for name in names}
     own = {name: _of_spectrum(power) for name, power in alone.items()}
     for room in (room for room in rooms if not room.fine):
@@ -52,7 +52,7 @@ def colours_at_the_eye(rooms: list[StudiedRoom]) -> Colours:
                        for key, values in (("eye", there), ("lamp", own[lamp]))}
             shifts.append(_apart(per_lux["eye"], per_lux["lamp"]))
             palettes.append(PALETTES.index(str(palette)))
-            for name in COLOURED:
+            for name in MODELS_WITH_COLOUR:
                 errors[name].append(_apart(_at_the_eye(room, painting, name, lamp, alone[lamp]), there))
     return Colours(np.array(shifts), {name: np.array(rows) for name, rows in errors.items()},
                    np.array(palettes))
@@ -62,7 +62,7 @@ def _at_the_eye(room: StudiedRoom, painting: int, name: str, lamp: str, power: n
     """x, y; CCT [K]; R_a; melanopic EDI and illuminance [lx] per lumen. None for undefined ones."""
     model, eye = lamp_models()[lamp][name], READINGS.index("eye")
     gains = room.arrays[f"gains_{name}"][painting]
-    gain = (gains[list(LAMPS).index(lamp)] if name in FOR_A_LAMP else gains)[eye].astype(float)
+    gain = (gains[list(LAMPS).index(lamp)] if name in LAMP_DEPENDENT_MODELS else gains)[eye].astype(float)
     direct = room.arrays["direct"][eye]
     if model.bands.edges is None:
         return _of_bands((direct + gain) * model.shares, model)

@@ -9,7 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from renderer.pictures import study_charts
-from renderer.studies.rgb_in_rooms.colours import COLOUR_QUANTITIES, COLOURED, Colours, colours_at_the_eye
+from renderer.studies.rgb_in_rooms.colours import (
+    COLOUR_QUANTITIES,
+    MODELS_WITH_COLOUR,
+    Colours,
+    colours_at_the_eye,
+)
 from renderer.studies.rgb_in_rooms.gains import READINGS
 from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, REFERENCE
 from renderer.studies.rgb_in_rooms.palettes import PALETTES, chips
@@ -58,7 +63,8 @@ def write_report(rooms: list[StudiedRoom], out: Path) -> list[Path]:
         "models": {**enough, "all": every},
         "solve_seconds": costs,
         "colour_at_the_eye_against_the_lamp": _by_quantity(colours.shift, colours),
-        "colour_at_the_eye_against_61_bands": {m: _by_quantity(colours.error[m], colours) for m in COLOURED},
+        "colour_at_the_eye_against_61_bands": {model: _by_quantity(colours.error[model], colours)
+                                               for model in MODELS_WITH_COLOUR},
         "reds": {
             "chips": reds.names,
             "spectral_ratio": _quantiles(reds.spectral.ravel()),
@@ -177,7 +183,7 @@ def _cost_table(costs: dict) -> str:
 def _colour_table(colours: Colours) -> str:
     """95th percentiles of the difference from 61 bands at the eye, by model and palette."""
     rows, forms = [], ("{:.4f}", "{:.0f} K", "{:.1f}", "{:.1f} %")
-    for name in COLOURED:
+    for name in MODELS_WITH_COLOUR:
         for p, palette in enumerate(PALETTES):
             part = np.abs(colours.error[name][colours.palette == p])
             ends = [np.quantile(known, 0.95) if len(known := _known(part[:, k])) else None for k in range(4)]

@@ -22,18 +22,12 @@ from renderer.studies.sweep_runs import on_cluster, on_cores
 from renderer.system.cache import program
 from renderer.system.files import whole_file
 
-PACKAGED = ("grey_room", "furnished_room", "l_shaped", "office", "classroom", "gallery")
+PACKAGED_ROOMS = ("grey_room", "furnished_room", "l_shaped", "office", "classroom", "gallery")
 """Packaged rooms for the study's paints, lamps and meters; the red rooms are missing, with the shape of the
 grey one."""
 PAINTINGS = (4, 4, 4)
 """Paintings of each room: architectural, accent, extreme."""
-STUDY_PATCHES, UPLIT_PATCHES, STUDY_RAYS = 450, 1800, 128
-"""Patches of a room, and of one lit by uplights, whose ceiling is brightest just above them; and rays per
-patch where the room is not empty and convex."""
-CHECK_STEP = 11
-"""Of the drawn rooms one in so many is solved twice. It shares no factor with the numbers of kinds and of
-lightings, so that rooms of all of them are."""
-FOR_A_LAMP = ("6", "prefiltered")
+LAMP_DEPENDENT_MODELS = ("6", "prefiltered")
 """Models whose bands depend on the lamp."""
 
 
@@ -67,7 +61,7 @@ def studied(task: RoomTask) -> dict[str, np.ndarray]:
     direct : (4,) READINGS of direct light per lumen
     gains_61, gains_31, gains_16, gains_9, gains_rgb : (n_paintings, 4, n_bands) READINGS of reflected light
         per lumen in each band
-    gains_6, gains_prefiltered : (n_paintings, n_lamps, 4, n_bands), the same for models of FOR_A_LAMP
+    gains_6, gains_prefiltered : (n_paintings, n_lamps, 4, n_bands), likewise for LAMP_DEPENDENT_MODELS
     one_paint : (4, 16) indirect gains of the room in one paint, at Chebyshev points of its reflectance
     mean_rgb : (n_paintings, 3) mean linear BT.709 reflectance of all surfaces by area
     geometry_seconds : processor time [s] of form factors, direct light and meters
@@ -104,9 +98,10 @@ def patches_and_rays(scene: Scene, kind: str) -> tuple[float, int]:
 
     kind : of the room, with its lighting
     """
-    count = UPLIT_PATCHES if kind.endswith("indirect") else STUDY_PATCHES
+    # A ceiling above uplights is brightest just above them.
+    count = 1800 if kind.endswith("indirect") else 450
     empty = scene.room.convex and len(scene.surfaces) == len(scene.room.surfaces)
-    return float(np.sqrt(scene.room.area / count)), 0 if empty else STUDY_RAYS
+    return float(np.sqrt(scene.room.area / count)), 0 if empty else 128
 
 
 @cache
@@ -134,11 +129,11 @@ def _mean_rgb(gains: RoomGains, rgb: BandModel, painting: Painting) -> np.ndarra
 
 def _scene(task: RoomTask) -> tuple[Scene, str]:
     """The room of a task with the study's meters, and its kind."""
-    folder = load(PACKAGED[0]).path.parent
+    folder = load(PACKAGED_ROOMS[0]).path.parent
     if task.number >= 0:
         table, kind, lighting = drawn_room(task.number, task.seed)
         return resolved(table, folder / "study.toml"), f"{kind}, {lighting}"
-    name = PACKAGED[-task.number - 1]
+    name = PACKAGED_ROOMS[-task.number - 1]
     return _with_meters(load(name)), f"packaged, {name}"
 
 
@@ -185,14 +180,14 @@ def solve_painting(gains: RoomGains, painting: Painting) -> tuple[np.ndarray, di
     totals = np.array([[gains.direct + parts[_columns_of(name, lamp)] @ models[name].shares
                         for name in (REFERENCE, *BAND_MODELS)] for lamp, models in lamps.items()])
     kept = {name: parts[name, ""] for name, lamp in columns if not lamp}
-    for name in FOR_A_LAMP:
+    for name in LAMP_DEPENDENT_MODELS:
         kept[name] = np.array([parts[name, lamp] for lamp in lamps])
     return totals, kept
 
 
 def _columns_of(name: str, lamp: str) -> tuple[str, str]:
     """Key of a model's reflectances: three models share those of RGB, and most models serve all lamps."""
-    return (name, lamp) if name in FOR_A_LAMP else (name.partition(",")[0], "")
+    return (name, lamp) if name in LAMP_DEPENDENT_MODELS else (name.partition(",")[0], "")
 
 
 def run_study(rooms: int, seed: int, out: Path, scheduler: str | None, progress: Progress) -> Path:
@@ -200,14 +195,15 @@ def run_study(rooms: int, seed: int, out: Path, scheduler: str | None, progress:
 
     rooms : number of drawn rooms, beside the packaged ones
 
-    One room in CHECK_STEP is also solved with twice the patches and other rays, for the numerical error.
+    Every 11th room is also solved with twice the patches and other rays, for the numerical error: 11 shares
+    no factor with the numbers of kinds and lightings, so that rooms of each are checked.
     Returns the folder. Raises InputError or SolveError.
     """
     folder = out / f"study_{program_and_rule(seed)}"
-    tasks = [RoomTask(-k, seed) for k in range(1, len(PACKAGED) + 1)]
+    tasks = [RoomTask(-k, seed) for k in range(1, len(PACKAGED_ROOMS) + 1)]
     for number in range(rooms):
         tasks.append(RoomTask(number, seed))
-        if number % CHECK_STEP == 0:
+        if number % 11 == 0:
             tasks.append(RoomTask(number, seed, fine=True))
     todo = [task for task in tasks if not (folder / f"{task.name}.npz").is_file()]
     finished, total = len(tasks) - len(todo), len(tasks)

@@ -5,7 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.colour.bands import LUMINANCE_WEIGHTS
-from renderer.colour.colour_excess import REDDEST, WARNED, colour_excess, error_per_excess, favours_red
+from renderer.colour.colour_excess import (
+    MAX_RED_SHARE,
+    MIN_WARNED_PERCENT,
+    colour_excess,
+    error_per_excess,
+    favours_red,
+)
 from renderer.studies.repainted_room import Interpolated
 from renderer.studies.rgb_in_rooms.gains import READINGS
 from renderer.studies.rgb_in_rooms.models import BAND_MODELS, LAMPS, REFERENCE, models_under
@@ -112,11 +118,11 @@ def fitted_rule(readings: Readings) -> Rule:
     used = readings.where((readings.room >= 0) & (readings.reading != READINGS.index("walls")))
     fit, held = (used.where((used.room % 2 == part) & used.red) for part in (0, 1))
     shares = np.array([lamp_models()[lamp]["rgb"].shares[0] for lamp in LAMPS])
-    excess, redder = fit.excess[:, 0], np.minimum(shares[fit.lamp], REDDEST) - LUMINANCE_WEIGHTS[0]
+    excess, redder = fit.excess[:, 0], np.minimum(shares[fit.lamp], MAX_RED_SHARE) - LUMINANCE_WEIGHTS[0]
     fitted, *_ = np.linalg.lstsq(np.column_stack([excess, excess * redder]), fit.error[:, 0], rcond=None)
     error, given = held.error[:, 0], held.given[:, 0]
     means = [column.reshape(-1, len(READINGS) - 1).mean(axis=1) for column in (error, held.given[:, 1])]
-    other = used.where(~used.red & (used.excess[:, 0] > WARNED))
+    other = used.where(~used.red & (used.excess[:, 0] > MIN_WARNED_PERCENT))
     return Rule(*map(float, fitted), float(1 - ((error - given) ** 2).sum() / (error**2).sum()),
                 *_told(error, given), *_told(*means),
                 *map(float, np.quantile(other.error[:, 0], [0.05, 0.95]) if len(other.error) else (0, 0)))
@@ -124,9 +130,10 @@ def fitted_rule(readings: Readings) -> Rule:
 
 def _told(error: np.ndarray, given: np.ndarray) -> tuple[float, ...]:
     """missed, alarmed, warned, low and high of `Rule` for errors (n,) and predictions (n,) [%]."""
-    warned = given >= WARNED
+    warned = given >= MIN_WARNED_PERCENT
     ratio = error[warned] / given[warned] if warned.any() else np.ones(1)
-    return (_per_cent((error > WARNED) & ~warned), _per_cent(error[warned] < WARNED / 2), _per_cent(warned),
+    return (_per_cent((error > MIN_WARNED_PERCENT) & ~warned),
+            _per_cent(error[warned] < MIN_WARNED_PERCENT / 2), _per_cent(warned),
             *map(float, np.quantile(ratio, [1 / 6, 5 / 6])))
 
 

@@ -69,18 +69,10 @@ def colorimetry(_folder: Path) -> list[Case]:
     return rows
 
 
-ALPHA_OPIC = {"A": (0.25412, 1.17421, 1.65670, 0.83070, 0.65744),
-              "D55": (0.68531, 1.41099, 1.62862, 1.33744, 1.19892),
-              "D65": (0.8173, 1.4558, 1.6289, 1.4497, 1.3262),
-              "D75": (0.92530, 1.48941, 1.63030, 1.53757, 1.42691)}
-"""Efficacies of luminous radiation [mW/lm], S-, M-, L-cone-opic, rhodopic, melanopic: D65 from CIE S
-026:2018; A, D55 and D75 from F. Rudawski, Lighting Toolbox (frudawski.de/ciespec2aopic)."""
-
-
 def alpha_opic_efficacies(_folder: Path) -> list[Case]:
     """The five α-opic efficacies of four illuminants."""
     rows = []
-    for name, published in ALPHA_OPIC.items():
+    for name, published in PUBLISHED_VALUES["alpha_opic"]["efficacies_mW_per_lm"].items():
         got = 1000 * efficacy(power_at_1_nm(illuminant(name, "")))
         for receptor, expected, value in zip(RECEPTORS, published, got, strict=True):
             # Four places are printed. D55 and D75 may have coefficients rounded to three places: 5e-4 on each

@@ -22,7 +22,6 @@ from renderer.studies.validation.cases import PANEL, Case, box_scene, meter, sol
 from renderer.studies.validation.photometry import BALANCE_TOLERANCE, POINT_LAMP, UP
 from renderer.transport.transport import compute_transport
 
-SCALE_TOLERANCE = 1e-4
 FLOOR_METER = meter(1.5, 2.2, 0)
 CRATE = solid("box", (0.5, 1, 0), (1.2, 0.7, 1.5))
 
@@ -81,6 +80,7 @@ def sizes(folder: Path) -> list[Case]:
     """Lux follow the square of the scale; nothing depends on place or turn."""
     case, rows = partial(Case, "Size, place and turn"), []
     base = _total(box_scene(folder, _scaled(1.0) + CRATE + FLOOR_METER))
+    tolerance = 1e-4
     for metres in (1e-3, 1.0, 1e4):
         k = metres / 4
         crate = solid("box", np.multiply((0.5, 1, 0), k), np.multiply((1.2, 0.7, 1.5), k))
@@ -92,7 +92,7 @@ def sizes(folder: Path) -> list[Case]:
                 "total × scale²",
                 base,
                 _total(scene) * k**2,
-                SCALE_TOLERANCE * base,
+                tolerance * base,
                 "lx",
                 "the same room of 4 m, same random numbers",
             )
@@ -101,7 +101,7 @@ def sizes(folder: Path) -> list[Case]:
         for far in (0.0, 1e6):
             reading, reference = _outlined(folder, turn, far), _outlined(folder, 0.0, 0.0)
             rows.append(case(f"turned by {turn:.4g}°, moved by {far:g} m", "total", reference, reading,
-                             SCALE_TOLERANCE * reference, "lx", "the same room of 4 m, same random numbers"))
+                             tolerance * reference, "lx", "the same room of 4 m, same random numbers"))
     still, moved = (_bent(folder, turn, far) for turn, far in ((0.0, 0.0), (33.0, 1e6)))
     rows.append(case("L-shaped, turned by 33°, moved by 1e+06 m", "total", still.total_lx,
                      moved.total_lx, still.uncertainty + moved.uncertainty, "lx",

@@ -10,15 +10,7 @@ from renderer.readings.colorimetry import colour_of
 from renderer.solving.solution import solve
 from renderer.studies.spectrum import lamp_record, resolve
 from renderer.studies.validation.cases import Case, box_scene, meter
-
-SHARE_446 = 0.420600
-"""Of the lumens of two lines of powers 1 (446 nm) and 0.5 (654 nm): V(446)/(V(446) + 0.5 V(654))."""
-WHITES = {"A": (0.44758, 0.40745), "D50": (0.3457, 0.3585), "D65": (0.3127, 0.3290),
-          "FL2": (0.3721, 0.3751), "FL7": (0.3129, 0.3292), "FL11": (0.3805, 0.3769), "HP1": (0.5330, 0.4150),
-          "LED-B3": (0.3756, 0.3723), "LED-V1": (0.4548, 0.4044), "LED-RGB1": (0.4557, 0.4211)}
-"""Chromaticities x, y (CIE 1931) of CIE 015:2018, tables 6 to 12."""
-GENERAL_INDICES = {"FL1": 76, "FL2": 64, "FL4": 51, "FL7": 90, "FL8": 95, "FL11": 83}
-"""R_a of CIE 015:2018, table 8, whole numbers."""
+from renderer.studies.validation.photometry import PUBLISHED_VALUES
 
 
 def lines_of_light(folder: Path) -> list[Case]:
@@ -33,11 +25,12 @@ def lines_of_light(folder: Path) -> list[Case]:
     _line(folder, 446, 654, powers=(1.0, 0.5), name="two.csv")
     (folder / "step.csv").write_text("400,0.1\n580,0.1\n600,0.7\n700,0.7\n")
     one = _read(folder, 'spectrum = "step.csv"', {"two.csv": 1000.0})
-    apart = {"l446.csv": 1000 * SHARE_446, "l654.csv": 1000 * (1 - SHARE_446)}
+    share = 0.420600  # V(446)/(V(446) + 0.5 V(654)), of powers 1 and 0.5
+    apart = {"l446.csv": 1000 * share, "l654.csv": 1000 * (1 - share)}
     two = _read(folder, 'spectrum = "step.csv"', apart)
     grey = [_read(folder, f"reflectance = {rho}", {"l446.csv": 1000.0}) for rho in (0.1, 0.7)]
     for name, a, b, low, high in zip(("facing down", "facing up"), one, two, *grey, strict=True):
-        mixed = SHARE_446 * low + (1 - SHARE_446) * high
+        mixed = share * low + (1 - share) * high
         for other, expected in (("of two lamps of one line", b), ("of two grey rooms", mixed)):
             # Rounding of factors in single precision, which differs from band to band.
             rows.append(Case("Light in lines", f"one lamp of two lines, {name}", f"total, {other}", expected,
@@ -63,11 +56,11 @@ def _read(folder: Path, paint: str, lamps: dict[str, float]) -> list[float]:
 def published_colours(_folder: Path) -> list[Case]:
     """Chromaticities and R_a of CIE's lamps; black bodies however cold render perfectly."""
     rows = []
-    for name, published in WHITES.items():
+    for name, published in PUBLISHED_VALUES["cie_015"]["xy"].items():
         record = colour_of(power_at_1_nm(illuminant(name, "")))
         for axis, expected, got in zip("xy", published, record["xy"], strict=True):
             rows.append(Case("Lamps of CIE 015", name, axis, expected, got, 1e-4, source="CIE 015:2018"))
-    for name, published in GENERAL_INDICES.items():
+    for name, published in PUBLISHED_VALUES["cie_015"]["R_a"].items():
         got = colour_of(power_at_1_nm(illuminant(name, "")))["cri_ra"]
         # Printed as whole numbers; sums at 5 nm, as in 1995, and at 1 nm differ by up to 0.05.
         rows.append(Case("Lamps of CIE 015", name, "R_a", published, got, 0.55))

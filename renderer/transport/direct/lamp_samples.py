@@ -12,13 +12,6 @@ from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
 
-DEFENSIVE_SHARE = 0.1
-"""Share of draws that go to every luminaire by its lumens, whatever the points on patches say. Light that
-these missed is then still drawn, with a weight of at most 1 over this share."""
-NEAR_FACE = 2.0
-"""Distance from the middle of a Lambertian face, over its longer side, below which a point has its light in
-closed form and only its shadow by rays: the light from one place on a near face has no bound."""
-
 
 @dataclass(frozen=True)
 class LampFaces:
@@ -128,7 +121,9 @@ def _faces_of(lum: Luminaire) -> list[tuple]:
         return [(lum.center, np.zeros(3), np.zeros(3), lum.normal, False, 0.0, 1.0, 0.0)]
     if lum.rectangle is not None:
         start, u, v = lum.rectangle.corner, lum.rectangle.u, lum.rectangle.v
-        near = NEAR_FACE * max(np.linalg.norm(u), np.linalg.norm(v)) if lum.lambertian else 0.0
+        # A nearer point has its light in closed form and only its shadow by rays: the light from one place on
+        # a near face has no bound.
+        near = 2.0 * max(np.linalg.norm(u), np.linalg.norm(v)) if lum.lambertian else 0.0
         return [(start, u, v, lum.normal, False, lum.area, 1.0, near)]
     # The ellipse of the outline's area, through which its corners go a little outside.
     u, v = (lum.outline[n] - lum.center for n in (0, len(lum.outline) // 4))
@@ -146,7 +141,9 @@ def draw_table(faces: LampFaces, lit: np.ndarray) -> np.ndarray:
     total = weight.sum(axis=1, keepdims=True)
     chance = weight / np.where(total > 0, total, 1.0)
     alike = lumens / max(lumens.sum(), 1e-300)
-    chance = np.where(total > 0, (1 - DEFENSIVE_SHARE) * chance + DEFENSIVE_SHARE * alike, alike)
+    # Light that the points on patches missed is still drawn, with a weight of at most 1 over this share.
+    by_lumens = 0.1
+    chance = np.where(total > 0, (1 - by_lumens) * chance + by_lumens * alike, alike)
     cumulated = np.cumsum(chance[:, faces.lamp] * faces.share, axis=1)
     return cumulated / np.maximum(cumulated[:, -1:], 1e-300)
 

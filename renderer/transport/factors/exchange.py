@@ -13,8 +13,6 @@ from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads
 from renderer.transport.mesh.gathering import Gathered, Gathering
 
-PATCHES_FOR_SINGLE_PRECISION = 20_000
-"""Patches from which the factors, known to 1e-4 at best, are kept in single precision."""
 MAX_SCALE = 10.0
 """Largest factor, and one over the smallest, by which a row of the exchange is scaled to close it."""
 
@@ -23,7 +21,7 @@ MAX_SCALE = 10.0
 class SplitSymmetric:
     """The symmetric matrix R + Rᵀ + D of a large mesh, kept as R and Rᵀ by rows.
 
-    given, taken : R and Rᵀ (n, n); of PATCHES_FOR_SINGLE_PRECISION patches and more in single precision
+    given, taken : R and Rᵀ (n, n); of 20,000 patches and more in single precision
     diagonal : D (n,)
     Products gather from rows, split among cores; the sum is never formed.
     """
@@ -82,7 +80,8 @@ class SplitSymmetric:
         [m²]; what rows then miss goes on the diagonal."""
         sums = scale * (self @ scale)
         share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
-        kind = np.float32 if len(areas) >= PATCHES_FOR_SINGLE_PRECISION else np.float64
+        # Factors of large meshes are known to 1e-4 at best.
+        kind = np.float32 if len(areas) >= 20_000 else np.float64
         changed = []
         for matrix in (self.given, self.taken):
             data = np.empty(matrix.nnz, dtype=kind)

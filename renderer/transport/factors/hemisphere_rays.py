@@ -13,12 +13,10 @@ from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import COVERED, NOTHING, RayScene
 from renderer.transport.rays.sampling import REPLICAS, Nets, cosine_directions
 
-MIN_EXPOSED_SHARE = 0.02
-"""Share of a patch below which it counts as covered, as under a crate or inside a wall."""
 MIN_RAYS_PER_REPLICA = 16
 """Fewest rays of a patch in each replica."""
 PROBE_RAYS = 64
-"""Rays of a patch that tell which share of its light is lost."""
+"""Rays of a patch for the share of its light that is lost."""
 RAYS_WORTH_SENDING = 10_000_000
 """Rays of a mesh from which other machines cast them, where there are any; fewer are sooner cast here."""
 
@@ -29,7 +27,7 @@ any order, its first row, the result of `cast_rows` and the number of rays."""
 
 def independent_replicas(patches: int, rays: int) -> int:
     """Number of independent repeats that the rays of each patch are drawn in: REPLICAS, or 1 where rays are
-    too few or patches too many. The error of one repeat is told by a coarser mesh with fewer patches.
+    too few or patches too many. The error of one replica is estimated on a coarser mesh with fewer patches.
 
     rays : a patch
     """
@@ -103,7 +101,8 @@ def _met(mesh: Mesh, ray_scene: RayScene, patch: np.ndarray, square: np.ndarray)
 
 @dataclass(frozen=True)
 class Openness:
-    """How open patches are; both are 0 for a patch that is exposed by less than MIN_EXPOSED_SHARE.
+    """How open patches are; both are 0 for a patch that is exposed by less
+    than 2 %, as under a crate or inside a wall.
 
     exposed : (n_patches,) share of each patch that nothing covers
     lost : (n_patches,) share of its light from there that meets no front of a surface
@@ -124,7 +123,7 @@ def openness(hits: np.ndarray, share: np.ndarray) -> Openness:
         met[start:stop] = (hits[start:stop] >= 0).sum(axis=1)
 
     in_threads(look, n, max(1, CHUNK // rays))
-    alive = (share > MIN_EXPOSED_SHARE) & (met > 0)
+    alive = (share > 0.02) & (met > 0)
     return Openness(np.where(alive, share, 0.0),
                     np.where(alive, (open_ - met) / np.maximum(open_, 1), 0.0))
 

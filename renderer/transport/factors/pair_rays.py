@@ -16,12 +16,9 @@ from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
 
-NEAR_PAIR_DIAGONALS = 2.0
-"""Distance of a pair, over the longer patch's diagonal, below which it is integrated over both patches;
-farther pairs from the middle of one to the other (docs/decisions.md, D3)."""
 POINTS_WORTH_A_TREE = 3000
-"""Points above which near pairs come from a tree, whose import takes a fifth of a second, and not from all
-distances."""
+"""Points above which near pairs are looked up in a tree; for fewer all distances are computed, because the
+import of the tree takes a fifth of a second."""
 MAX_PATCHES_FOR_PAIR_RAYS = 4000
 """Patches above which a factor for every pair takes longer than rays over hemispheres."""
 
@@ -201,11 +198,13 @@ def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
 
 
 def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of patches nearer than NEAR_PAIR_DIAGONALS (k,) and (k,)."""
+    """Pairs of patches (k,) and (k,) nearer than two diagonals of the larger one: they are integrated over
+    both patches, farther pairs from the middle of one to the other."""
     diagonal = 2 * np.linalg.norm(mesh.corners - mesh.centroid[:, None], axis=2).max(axis=1)
-    first, second = _within(mesh.centroid - mesh.middle, NEAR_PAIR_DIAGONALS * diagonal.max())
+    reach = 2.0  # diagonals (docs/decisions.md, D3)
+    first, second = _within(mesh.centroid - mesh.middle, reach * diagonal.max())
     apart = np.linalg.norm(mesh.centroid[first] - mesh.centroid[second], axis=1)
-    near = apart < NEAR_PAIR_DIAGONALS * np.maximum(diagonal[first], diagonal[second])
+    near = apart < reach * np.maximum(diagonal[first], diagonal[second])
     return first[near], second[near]
 
 

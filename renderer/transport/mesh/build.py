@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 
 from renderer.scene.flat import Polygon
-from renderer.scene.geometry import Rectangle, rectangle_grid
+from renderer.scene.geometry import CONTACT_TOLERANCE, Rectangle, rectangle_grid
 from renderer.scene.luminaires.luminaire import Luminaire
-from renderer.scene.mounting import CONTACT_TOLERANCE, Mounting
+from renderer.scene.mounting import Mounting
 from renderer.scene.scene import Scene, Surface
 from renderer.scene.triangle_mesh import divided_to
 from renderer.transport.mesh.contacts import (
@@ -31,9 +31,6 @@ fastest. With 1 a corner at ρ = 0.9 converges at second order."""
 CLOSE_TO_LAMP = 36.0
 """Largest side of a patch near a lamp that lights it, over its distance from the lamp, times patch size over
 √(room area): equal to the distance with the patches of 1 % accuracy, less for finer ones."""
-CLOSE_IN_GAP = 25.0
-"""The same limit where a solid faces something over a gap: under a low table, in a shelf, between louvres.
-Gaps wider than √(room area) over this have no effect."""
 
 
 def build_mesh(scene: Scene, patch_size: float, finer_near: bool = True) -> Mesh:
@@ -89,7 +86,9 @@ class _Builder:
         self.of_room = np.array([surface.of_room for surface in surfaces])
         self.two_sided = [surface.two_sided for surface in surfaces]
         self.luminaires = luminaires
-        self.close, self.in_gap = close, close * CLOSE_IN_GAP / CLOSE_TO_LAMP
+        # Where a solid faces something over a gap, as under a low table, in a shelf or between louvres. Gaps
+        # wider than √(room area)/25 have no effect.
+        self.close, self.in_gap = close, close * 25.0 / CLOSE_TO_LAMP
         self.shortest_in_gap = patch_size / 2
         self.vertices, self.patches, self.surface = [], [], []
         self.vertex_surface, self.twin, self.exposed, self.facet = [], [], [], []

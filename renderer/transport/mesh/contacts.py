@@ -3,13 +3,10 @@
 import numpy as np
 
 from renderer.scene.flat import Polygon
-from renderer.scene.geometry import Rectangle
+from renderer.scene.geometry import PARALLEL_TOLERANCE, Rectangle
 from renderer.transport.mesh.mesh import Mesh
 
 FlatFace = Rectangle | Polygon
-
-OPPOSITE_TOLERANCE = 1e-9
-"""Distance from −1 of the cosine between the normals of two faces in contact."""
 
 
 class Faces:
@@ -40,7 +37,7 @@ class Faces:
         """
         height = (_corner(face) - self.origin) @ face.normal
         level = np.flatnonzero(np.abs(face.normal @ self.at - height) < touch)
-        facing = self.normals[level] @ face.normal < -1 + OPPOSITE_TOLERANCE
+        facing = self.normals[level] @ face.normal < -1 + PARALLEL_TOLERANCE
         return [_rings(self.faces[k]) for k in level[facing & (self.surface[level] != index)]]
 
     def across(self, face: FlatFace, touch: float, gap: float, asked: np.ndarray) -> list[np.ndarray]:
@@ -228,9 +225,9 @@ def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarr
         near = near[(mesh.surface[near] != index) & (mesh.twin[near] < 0) & ~covered[near]]
         facing, offset = mesh.normal[near] @ face.normal, shrunk[near] - _corner(face)
         level = (np.abs(offset @ face.normal) < touch).all(axis=1)
-        again = ((facing > 1 - OPPOSITE_TOLERANCE) & (mesh.surface[near] > index)
+        again = ((facing > 1 - PARALLEL_TOLERANCE) & (mesh.surface[near] > index)
                  & (mesh.surface[near] <= last))
-        asked = level & ((facing < -1 + OPPOSITE_TOLERANCE) | again)
+        asked = level & ((facing < -1 + PARALLEL_TOLERANCE) | again)
         asked, offset = near[asked], offset[asked]
         if isinstance(face, Rectangle):
             s = offset @ face.u / (face.u @ face.u)

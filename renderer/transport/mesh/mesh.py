@@ -5,13 +5,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import sparse
 
+from renderer.scene.room import Enclosed
 from renderer.system.lazy import cached_property
 from renderer.transport.mesh.edge_lines import Lines, lines_of
 from renderer.transport.mesh.gathering import Gathering
 
 
 @dataclass(frozen=True)
-class Mesh:
+class Mesh(Enclosed):
     """Flat patches, each a parallelogram or a triangle.
 
     vertices : (n_vertices, 3) [m]; a vertex belongs to one flat part, so it has one normal
@@ -75,16 +76,6 @@ class Mesh:
         if self.group is not None:
             found[self.patches[self.gathering.size[self.group] > 1]] = True
         return found
-
-    @cached_property
-    def bounds(self) -> np.ndarray:
-        """Lowest and highest corner of the room (2, 3) [m]."""
-        return np.array([self.shell.min(axis=(0, 1)), self.shell.max(axis=(0, 1))])
-
-    @cached_property
-    def scale(self) -> float:
-        """The room's longest side [m]; tolerances are relative to it."""
-        return float(np.ptp(self.bounds, axis=0).max())
 
     @cached_property
     def middle(self) -> np.ndarray:

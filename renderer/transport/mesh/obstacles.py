@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from renderer.scene.geometry import CONTACT_TOLERANCE
 from renderer.scene.luminaires.luminaire import Luminaire
-from renderer.scene.mounting import CONTACT_TOLERANCE
 from renderer.scene.room import Room
 from renderer.scene.scene import Scene
 

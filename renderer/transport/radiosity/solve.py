@@ -81,7 +81,7 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
     # A residual of rounding size against a large z is as good as the numbers allow.
     rounding = 1e-14 * _norm(z) / norm
     if not (left <= np.maximum(max(goal, 1e-6), rounding)).all():
-        raise SolveError(f"the interreflections do not settle (residual {left.max():.1e}): almost "
+        raise SolveError(f"the interreflections do not converge (residual {left.max():.1e}): almost "
                          "nothing in the room absorbs light. Lower the reflectance of a surface.")
     received *= inverse**2
     return sent, received

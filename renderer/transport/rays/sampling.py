@@ -10,7 +10,7 @@ import numpy as np
 BITS, SINGLE_BITS = 30, 23
 """Bits of a coordinate; and in single precision, where half of the last bit is added."""
 REPLICAS = 8
-"""Number of independent repeats of whatever is sampled; their spread tells the sampling error."""
+"""Number of independent replicas of all random quantities; their spread gives the sampling error."""
 
 
 class Stream(IntEnum):

@@ -14,18 +14,19 @@ from renderer.studies.validation.exact.geometry import Plane
 from renderer.studies.validation.exact.one_bounce import Lamp
 from renderer.studies.validation.exact.quadrature import integral, region_triangles
 
-NODES = 24
-"""Nodes along each side. With lamps at least a third of the gap from either face and sides of up to two gaps,
-32 nodes give results within 1e-7."""
-
 
 @dataclass(frozen=True)
 class ParallelFaces:
     """Two rectangles (4, 3) [m] that face each other, with their reflectances, and a point lamp between
-    them."""
+    them.
+
+    nodes : along each side. Where lamps are at least a third of the gap from either face, and sides are up to
+        two gaps long, 24 nodes give the results of 32 within 1e-7.
+    """
 
     lamp: Lamp
     faces: tuple[tuple[np.ndarray, float], tuple[np.ndarray, float]]
+    nodes: int = 24
 
     def illuminance(self, position: np.ndarray, normal: np.ndarray) -> float:
         """Illuminance [lx] at a point (3,) [m] with a unit normal (3,)."""
@@ -59,7 +60,7 @@ class ParallelFaces:
 
     @cached_property
     def _nodes(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        x, w = np.polynomial.legendre.leggauss(NODES)
+        x, w = np.polynomial.legendre.leggauss(self.nodes)
         s, t = (each.ravel()[:, None] for each in np.meshgrid((1 + x) / 2, (1 + x) / 2))
         found = []
         for polygon, _ in self.faces:

@@ -1,4 +1,4 @@
-"""Random heaps of solids and sheets, which overlap, cross and stick out of the room, against Mitsuba 3."""
+"""Random solids and sheets, which overlap, cross and stick out of the room, against Mitsuba 3."""
 
 from dataclasses import replace
 
@@ -44,7 +44,7 @@ def sheet(random) -> TriangleMesh:
     return TriangleMesh(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]]))
 
 
-def heap(path, seed):
+def random_room(path, seed):
     random = np.random.default_rng(seed)
     path.write_text(
         f'[room]\nsize = {SIZE.tolist()}\nfloor = "g"\nwalls = "g"\nceiling = "g"\n'
@@ -66,7 +66,7 @@ def heap(path, seed):
 
 @pytest.mark.slow
 def test_random_heaps_read_as_a_path_tracer_reads_them(tmp_path):
-    scenes = [heap(tmp_path / f"heap{seed}.toml", seed) for seed in range(20)]
+    scenes = [random_room(tmp_path / f"room{seed}.toml", seed) for seed in range(20)]
 
     def traced(process):
         return [process.submit(read_all, hand_over(scene), k, [0.3] * len(METERS), 10).result()

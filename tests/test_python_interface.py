@@ -28,17 +28,17 @@ def solution():
 
 
 def test_the_examples_of_the_docstrings_print_what_they_say():
-    door = importlib.import_module("renderer.door")
-    failed, tried = doctest.testmod(door, optionflags=doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL)
+    interface = importlib.import_module("renderer.python_interface")
+    failed, tried = doctest.testmod(interface, optionflags=doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL)
     assert tried > 12
     assert not failed
 
 
 def test_every_public_method_has_an_example_or_is_the_plural_of_one():
-    door = importlib.import_module("renderer.door")
-    for owner in (door.Scene, door.Solution, door):
+    interface = importlib.import_module("renderer.python_interface")
+    for owner in (interface.Scene, interface.Solution, interface):
         for name, made in vars(owner).items():
-            ours = getattr(made, "__module__", "") == door.__name__
+            ours = getattr(made, "__module__", "") == interface.__name__
             if callable(made) and ours and not name.startswith("_"):
                 assert made.__doc__, name
                 plural = name in ("grids", "observers", "spot_meters")
@@ -189,7 +189,7 @@ def test_a_wrong_argument_is_one_sentence(solution, held, name):
     assert said in str(error.value)
     assert "\n" not in str(error.value)
     assert len(str(error.value)) < 600
-    held("wrong arguments of the Python door")
+    held("wrong arguments of the Python interface")
 
 
 def test_numbers_of_numpy_are_numbers(solution):
@@ -223,7 +223,7 @@ seen: float = solution.luminance([2, 2, 1], [1, 0, 0]).value
 
 @pytest.mark.slow
 def test_types_are_told_to_mypy(tmp_path):
-    """A user's program is clean; wrong types in it are seen; and so is the door itself."""
+    """A user's program is clean; wrong types in it are seen; and so is the interface itself."""
     pytest.importorskip("mypy", reason="pip install '.[test]' has it")
     (tmp_path / "good.py").write_text(PROGRAM)
     (tmp_path / "bad.py").write_text(PROGRAM + 'solution.grid(3)\nrenderer.solve(scene, bands=31)\n')
@@ -235,6 +235,6 @@ def test_types_are_told_to_mypy(tmp_path):
     good, bad = mypy("good.py"), mypy("bad.py")
     assert good.returncode == 0, good.stdout
     assert bad.stdout.count("[arg-type]") == 2, bad.stdout
-    door = importlib.import_module("renderer.door")
-    own = mypy(door.__file__, renderer.__file__)
+    interface = importlib.import_module("renderer.python_interface")
+    own = mypy(interface.__file__, renderer.__file__)
     assert own.returncode == 0, own.stdout

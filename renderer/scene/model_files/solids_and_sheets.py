@@ -1,32 +1,26 @@
-"""What a heap of faces is: solids, whose faces enclose a volume, and sheets, which all others are.
+"""Division of a model's faces into solids, whose faces enclose a volume, and sheets, which are all others.
 
-Faces that are taken for sheets although they enclose something let light in no less: their inner sides are
-dark. So whatever is in doubt is a sheet.
+Faces around a volume that count as sheets give the same light in the room, because their inner sides stay
+dark. So faces count as sheets wherever it is doubtful whether they enclose a volume.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from renderer.scene.geometry import PARALLEL_TOLERANCE
 from renderer.scene.model_files.edges import Edges, connected, divided, flips
 from renderer.scene.model_files.weld import WELD_DISTANCE, Facets
 
-MAX_PEELING_ROUNDS = 40
-"""How often the smallest of the surfaces that meet at a crowded edge is taken for a sheet, before all are."""
-COPLANAR_COSINE_ERROR = 1e-9
-"""How far from 1 the cosine between normals of neighbours in one plane may be."""
-MIN_THICKNESS = 1e-6
-"""A closed surface thinner than this, relative to its longest side, encloses nothing."""
-
 
 @dataclass(frozen=True)
-class Heap:
-    """Faces of a file, and what they are.
+class SolidsAndSheets:
+    """The faces of a file.
 
     vertices : (n, 3) [m]; faces : (k, 3), of solids wound outward; part : (k,) as in `Facets`
     solid : (k,) the number of the solid that a face belongs to, −1 on sheets
-    turned : how many faces of solids are wound against the file
-    contacts : area of the faces left out between solids that touch [m²], both sides
+    turned : number of faces of solids that are wound the other way in the file
+    contacts : area [m²] of the faces between solids in contact, which are left out; both sides count
     """
 
     vertices: np.ndarray
@@ -37,18 +31,18 @@ class Heap:
     contacts: float
 
 
-def heap(found: Facets) -> Heap:
-    """Tell solids from sheets."""
-    vertices = found.vertices
-    faces, owner = divided(vertices, found.faces)
+def solids_and_sheets(given: Facets) -> SolidsAndSheets:
+    """Divide faces into solids and sheets."""
+    vertices = given.vertices
+    faces, owner = divided(vertices, given.faces)
     first, both = _flat_regions_once(vertices, faces)
-    both = (both | found.both_ways[owner])[first]
+    both = (both | given.both_ways[owner])[first]
     faces, owner = faces[first], owner[first]
-    part = found.part[owner]
+    part = given.part[owner]
     edges = Edges(faces)
     region, contact = _contacts(edges, both)
     solid, flip = _solids(vertices, faces, edges, ~np.isin(region, contact))
-    # A region between what turned out to be sheets is no contact.
+    # A region whose neighbours are sheets separates no two solids.
     of_sheets = np.zeros(edges.count, dtype=bool)
     of_sheets[edges.edge[np.repeat((solid < 0) & ~np.isin(region, contact), 3)]] = True
     sides = np.flatnonzero(np.repeat(np.isin(region, contact), 3))
@@ -64,7 +58,7 @@ def heap(found: Facets) -> Heap:
     faces[inward] = faces[inward, ::-1]
     turned = int(((flip ^ inward) & (solid >= 0)).sum())
     _, solid = np.unique(np.append(solid, -1), return_inverse=True)
-    return Heap(vertices, faces, part, solid.ravel()[:-1] - 1, turned, float(contacts))
+    return SolidsAndSheets(vertices, faces, part, solid.ravel()[:-1] - 1, turned, float(contacts))
 
 
 def areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -74,13 +68,13 @@ def areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _flat_regions_once(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which faces (k,) are of a flat region that no earlier one has the border of, and which of those are
-    there with the opposite winding too (k,): one polygon may be divided in two ways."""
+    """Faces (k,) of the first flat region with each border, and those of them (k,) whose region occurs with
+    the opposite winding too. A file may contain one polygon twice, triangulated in two ways."""
     edges, every = Edges(faces), np.ones(len(faces), dtype=bool)
     crosses = np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2)))
     normals = crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
     one, other, agree = edges.pairs(every)
-    level = agree & (np.einsum("ki,ki->k", normals[one], normals[other]) > 1 - COPLANAR_COSINE_ERROR)
+    level = agree & (np.einsum("ki,ki->k", normals[one], normals[other]) > 1 - PARALLEL_TOLERANCE)
     region = connected(len(faces), one[level], other[level])
     count = int(region.max(initial=-1)) + 1
     order, sides = np.argsort(edges.edge, kind="stable"), np.repeat(region, 3)
@@ -102,8 +96,9 @@ def _flat_regions_once(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndar
 
 
 def _contacts(edges: Edges, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Regions of faces that are there both ways (k,), −1 elsewhere, and which of them two bodies that touch
-    have between them: all around these other faces go on from either body, or more such regions do."""
+    """Regions of faces that occur with both windings (k,), −1 for other faces; and the numbers of the regions
+    between two bodies in contact. Every edge of such a region has faces of either body beside it, or belongs
+    to another such region."""
     region = np.full(len(both), -1)
     if not both.any():
         return region, np.zeros(0, dtype=int)
@@ -127,9 +122,9 @@ def _contacts(edges: Edges, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _solids(vertices: np.ndarray, faces: np.ndarray, edges: Edges, chosen: np.ndarray
             ) -> tuple[np.ndarray, np.ndarray]:
-    """The solid of each face (k,), −1 on sheets, and which faces to turn for windings to agree (k,)."""
+    """The solid of each face (k,), −1 for sheets, and whether its winding must change to agree (k,)."""
     n = len(faces)
-    core = _peeled(edges, chosen)
+    core = _without_open_edges(edges, chosen)
     one, other, agree = edges.pairs(core)
     surface = connected(n, one, other)
     flip = flips(n, one, other, agree)
@@ -150,12 +145,12 @@ def _solids(vertices: np.ndarray, faces: np.ndarray, edges: Edges, chosen: np.nd
     core = _balanced(vertices, turned, edges, core, surface)
     solid = np.full(n, -1)
     if core.any():
-        solid[core] = _wedged(vertices, turned, edges, core)[core]
+        solid[core] = _closed_surfaces(vertices, turned, edges, core)[core]
     return solid, flip & core
 
 
-def _peeled(edges: Edges, chosen: np.ndarray) -> np.ndarray:
-    """Which of some faces (k,) are left when those with an open edge are taken off, again and again."""
+def _without_open_edges(edges: Edges, chosen: np.ndarray) -> np.ndarray:
+    """Those of some faces (k,) that have no open edge, nor get one as faces with open edges are removed."""
     core = chosen.copy()
     while True:
         open_ = edges.uses(core) == 1
@@ -167,16 +162,20 @@ def _peeled(edges: Edges, chosen: np.ndarray) -> np.ndarray:
 
 def _balanced(vertices: np.ndarray, faces: np.ndarray, edges: Edges, core: np.ndarray,
               surface: np.ndarray) -> np.ndarray:
-    """Which faces (k,) are left when, wherever as many do not run along an edge forward as back, the smallest
-    surface that meets there is taken off."""
+    """Faces (k,) of closed surfaces: as many run forward along each edge as backward.
+
+    Wherever the numbers differ, the smallest surface at the edge becomes a sheet; after 40 rounds all
+    surfaces at such edges do.
+    """
     size = np.bincount(surface, areas(vertices, faces) * core, surface.max(initial=0) + 1)
-    for round_ in range(MAX_PEELING_ROUNDS + 1):
+    rounds = 40
+    for number in range(rounds + 1):
         uneven = edges.balance(core) != 0
         if not uneven.any():
             return core
         sides = np.flatnonzero(np.repeat(core, 3) & uneven[edges.edge])
         meeting = np.unique(np.stack([edges.edge[sides], surface[sides // 3]]), axis=1)
-        if round_ == MAX_PEELING_ROUNDS:
+        if number == rounds:
             off = np.unique(meeting[1])
         else:
             names, local = np.unique(meeting[1], return_inverse=True)
@@ -184,26 +183,26 @@ def _balanced(vertices: np.ndarray, faces: np.ndarray, edges: Edges, core: np.nd
             cluster = connected(len(names), local[:-1][step], local[1:][step])
             order = np.lexsort((size[names], cluster))
             off = names[order[np.unique(cluster[order], return_index=True)[1]]]
-        core = _peeled(edges, core & ~np.isin(surface, off))
+        core = _without_open_edges(edges, core & ~np.isin(surface, off))
     return core
 
 
-def _wedged(vertices: np.ndarray, faces: np.ndarray, edges: Edges, core: np.ndarray) -> np.ndarray:
-    """The closed surface that each face is of (k,), where more than two meet at an edge by the wedges that
-    they have between them: solids that touch at an edge are two."""
+def _closed_surfaces(vertices: np.ndarray, faces: np.ndarray, edges: Edges, core: np.ndarray) -> np.ndarray:
+    """The number of each face's closed surface (k,). Solids that share only an edge are two: where more than
+    two faces meet at an edge, those with solid matter between them belong together."""
     one, other, _ = edges.pairs(core)
     crowded = np.flatnonzero(np.repeat(core, 3) & (edges.uses(core)[edges.edge] > 2))
     if len(crowded):
         crowded = crowded[np.argsort(edges.edge[crowded], kind="stable")]
-        extra = [_wedges(vertices, faces, edges, sides) for sides in
+        extra = [_pairs_at_edge(vertices, faces, edges, sides) for sides in
                  np.split(crowded, np.flatnonzero(np.diff(edges.edge[crowded])) + 1)]
         pairs = np.concatenate(extra)
         one, other = np.concatenate([one, pairs[:, 0]]), np.concatenate([other, pairs[:, 1]])
     return connected(len(faces), one, other)
 
 
-def _wedges(vertices: np.ndarray, faces: np.ndarray, edges: Edges, sides: np.ndarray) -> np.ndarray:
-    """Pairs of faces (m, 2) at one edge, of the sides on it, with a solid between them."""
+def _pairs_at_edge(vertices: np.ndarray, faces: np.ndarray, edges: Edges, sides: np.ndarray) -> np.ndarray:
+    """Pairs of faces (m, 2) at one edge with solid matter between them; sides : of faces, on the edge"""
     low = min(edges.start[sides[0]], edges.end[sides[0]])
     high = max(edges.start[sides[0]], edges.end[sides[0]])
     axis = vertices[high] - vertices[low]
@@ -228,8 +227,8 @@ def _wedges(vertices: np.ndarray, faces: np.ndarray, edges: Edges, sides: np.nda
 
 def _without_thickness(vertices: np.ndarray, faces: np.ndarray, edges: Edges, solid: np.ndarray
                        ) -> tuple[np.ndarray, np.ndarray]:
-    """Faces of closed surfaces that enclose nothing (k,): both sides of a sheet that are divided in two ways;
-    and which of these are the second side (k,)."""
+    """Faces (k,) of closed surfaces without volume: the two sides of a sheet, triangulated in two ways. And
+    those of them (k,) that are the second side."""
     flat, second = np.zeros(len(faces), dtype=bool), np.zeros(len(faces), dtype=bool)
     ids = np.unique(solid[solid >= 0])
     if not len(ids):
@@ -238,7 +237,7 @@ def _without_thickness(vertices: np.ndarray, faces: np.ndarray, edges: Edges, so
     volume = np.abs(volumes(vertices, faces, np.where(solid < 0, len(ids), place), len(ids) + 1)[:-1])
     area = np.bincount(place, areas(vertices, faces) * (solid >= 0), len(ids))
     size = np.sqrt(area)
-    thin = volume < MIN_THICKNESS * size * area
+    thin = volume < 1e-6 * size * area  # a surface thinner than 1e-6 of its side encloses nothing
     flat = (solid >= 0) & thin[place]
     if flat.any():
         one, other, _ = edges.pairs(flat)
@@ -263,7 +262,7 @@ def volumes(vertices: np.ndarray, faces: np.ndarray, group: np.ndarray, count: i
 
 
 def _inside_out(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray) -> np.ndarray:
-    """Which faces (k,) are of a closed surface that is wound inward and no cavity in another."""
+    """Faces (k,) of a closed surface that is wound inward although it is no cavity in another one."""
     from renderer.scene.room import winding
 
     ids = np.unique(solid[solid >= 0])
