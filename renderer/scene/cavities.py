@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.scene.room import spelt, winding
+from renderer.scene.room import free_lengths, spelt, winding
 
 FACE_STEP = 0.4
 """Largest distance, in cells, between the points that mark a face, so that no path from cell to cell crosses
@@ -67,6 +67,23 @@ class Cavities:
         near = ndimage.binary_dilation(cells, np.ones((3, 3, 3)), iterations=2 + self.reach)
         points, owner = points_on(triangles, FACE_STEP * self.pitch)
         return np.bincount(owner, near[self.index(points)], len(triangles)) > 0
+
+    def lead_out(self, points: np.ndarray, normals: np.ndarray, chosen: list[int], triangles: np.ndarray
+                 ) -> np.ndarray:
+        """Whether the first air from points (k, 3) along their normals (k, 3), or against them, before any of
+        the triangles (m, 3, 3), is not that of some of the cavities (k,)."""
+        thickest = 0.8  # wall that a gap leads through [m]
+        steps = np.arange(0.5, max(2, thickest / self.pitch)) * self.pitch
+        free = np.array([free_lengths(point, np.array([normal, -normal]), triangles)
+                         for point, normal in zip(points, normals, strict=True)]).reshape(-1, 2)
+        out = np.zeros(len(points), dtype=bool)
+        for way, length in zip((1, -1), free.T, strict=True):
+            along = points[:, None] + way * steps[None, :, None] * normals[:, None]
+            cell = self.cell[self.index(along)]
+            air = np.isin(cell, [UNENCLOSED, *self.rooms]) & (steps < length[:, None])
+            first = np.take_along_axis(cell, air.argmax(axis=1)[:, None], axis=1)[:, 0]
+            out |= air.any(axis=1) & ~np.isin(first, chosen)
+        return out
 
 
 def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) -> Cavities:

@@ -33,6 +33,13 @@ class Strips:
     face: np.ndarray
     width: np.ndarray
 
+    @property
+    def normals(self) -> np.ndarray:
+        """Unit normals (k, 3)."""
+        a, b, c, _ = self.corners.transpose(1, 0, 2)
+        crosses = np.cross(b - a, c - a)
+        return crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
+
 
 def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> Strips:
     """The strips over gaps between faces (k, 3) and edges of others. scale : longest side of the room [m]"""

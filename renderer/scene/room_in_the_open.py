@@ -54,7 +54,7 @@ def room_in_the_open(path: Path, units: str | None, up: str | None, named: list[
             shown = ", ".join(repr(n) for n in model.known[:12]) or "none"
             raise InputError(f"{where.removesuffix('.mesh')}.surfaces names {name!r}, which {path.name} "
                              f"has not; names in it: {shown}.")
-    places, kept, said = _chosen(model, places, inside, where, refusal)
+    places, kept, air, said = _chosen(model, places, inside, where, refusal)
     model = replace(model, shapes=kept)
     faces, solid = kept.faces.copy(), kept.solid
     corners = model.shapes.vertices[faces]
@@ -89,25 +89,33 @@ def room_in_the_open(path: Path, units: str | None, up: str | None, named: list[
             some = faces[rest & (names == name) & ((solid >= 0) == closed)]
             if len(some):
                 bodies.append(Body(name, _part(model, some), closed, of_room=True))
-    if around is None:
-        over, sentences = _over_gaps(model, faces, names, scale)
+    if around is None and air is not None:
+        over, sentences = _over_gaps(model, faces, names, scale, air)
         bodies, said = bodies + over, said + sentences
     return room, bodies, said
 
 
-def _over_gaps(model: Model, faces: np.ndarray, names: np.ndarray, scale: float
-               ) -> tuple[list[Body], list[str]]:
-    """The strips over gaps between faces, a body for each surface, and a sentence about them."""
+def _over_gaps(model: Model, faces: np.ndarray, names: np.ndarray, scale: float,
+               air: tuple[Cavities, list[int]]) -> tuple[list[Body], list[str]]:
+    """The strips over gaps between faces that lead out of the room, a body for each surface, and a sentence
+    about them. air : the file's cavities, and which of them are the room"""
     strips = strips_over_gaps(model.shapes.vertices, faces, scale)
     if not len(strips.face):
         return [], []
-    bodies, of = [], names[strips.face]
-    for name in dict.fromkeys(of.tolist()):
+    found, chosen = air
+    out = found.beside(chosen, strips.corners[:, :3])
+    out[out] = found.lead_out(strips.corners[out].mean(axis=1), strips.normals[out], chosen,
+                              model.shapes.vertices[faces])
+    if not out.any():
+        return [], []
+    bodies, of = [], np.where(out, names[strips.face], "")
+    for name in dict.fromkeys(of[out].tolist()):
         corners = strips.corners[of == name].reshape(-1, 3)
         index = np.arange(len(corners)).reshape(-1, 4)
         mesh = TriangleMesh(corners, np.vstack([index[:, [0, 1, 2]], index[:, [0, 2, 3]]]))
         bodies.append(Body(name, mesh, closed=False, of_room=True, over_gaps=True))
-    return bodies, [f"{model.file}: gaps of up to {1000 * strips.width.max():.2g} mm between its faces are "
+    widest = 1000 * strips.width[out].max()
+    return bodies, [f"{model.file}: gaps of up to {widest:.2g} mm between its faces are "
                     "closed"]
 
 
@@ -130,8 +138,9 @@ def _listed(model: Model, found: Cavities) -> str:
 
 
 def _chosen(model: Model, places: np.ndarray, inside: np.ndarray | None, where: str, refusal: InputError
-            ) -> tuple[np.ndarray, SolidsAndSheets, list[str]]:
-    """Places (k, 3) inside the room, the faces around them, and sentences about the cavities.
+            ) -> tuple[np.ndarray, SolidsAndSheets, tuple[Cavities, list[int]] | None, list[str]]:
+    """Places (k, 3) that are inside; the faces about them; the file's cavities and which of them are the
+    room, None where the room is not closed; what cavities there are, in sentences.
 
     Raises InputError where no place says which cavity is meant.
     """
@@ -144,16 +153,16 @@ def _chosen(model: Model, places: np.ndarray, inside: np.ndarray | None, where: 
             raise _several(model, found, where) if found.rooms else refusal
         chosen, given = found.rooms, found.each[found.rooms[0]].place[None]
     if not chosen or UNENCLOSED in chosen:
-        return given, whole, []
+        return given, whole, None, []
     near = found.beside(chosen, whole.vertices[whole.faces])
     near |= np.isin(whole.solid, whole.solid[near & (whole.solid >= 0)])  # solids stay whole
     near_faces = replace(whole, faces=whole.faces[near], part=whole.part[near], solid=whole.solid[near])
     if len(found.rooms) < 2:
-        return given, near_faces, []
+        return given, near_faces, (found, chosen), []
     which = " and ".join(f"number {found.rooms.index(k) + 1}" if k in found.rooms else str(found.each[k])
                          for k in chosen)
     how = "room.inside is in" if inside is not None else "luminaires and meters are in"
-    return given, near_faces, [f"{_listed(model, found)}; {how} {which}"]
+    return given, near_faces, (found, chosen), [f"{_listed(model, found)}; {how} {which}"]
 
 
 def _refuse_crossed(own: np.ndarray, solids: np.ndarray, places: np.ndarray, what: str) -> None:
