@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 from renderer.pictures.sheet import plain
 from renderer.system.files import whole_file
@@ -60,7 +61,15 @@ def ratio_scale(every, panels: list[np.ndarray], label: str) -> list[np.ndarray]
 
 
 def saved(figure, path: Path) -> Path:
-    """Write the sheet to a whole file."""
+    """Write the sheet to a whole file, as a PNG; laid out and drawn once, where `savefig` does both twice."""
+    figure.canvas.draw()
+    picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
     with whole_file(path) as part:
-        figure.savefig(part)
+        picture.save(part, "PNG", dpi=(figure.dpi, figure.dpi))
     return path
+
+
+def lay_out(figure) -> None:
+    """Lay a sheet out now, and keep that layout."""
+    figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine("none")

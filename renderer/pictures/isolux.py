@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from renderer.pictures.charts import new_figure, saved
+from renderer.pictures.charts import lay_out, new_figure, saved
 from renderer.readings.grid import GridReading
 from renderer.scene.grids import Grid
 from renderer.scene.scene import Scene
@@ -118,7 +118,7 @@ def _in_line(reading: GridReading) -> bool:
 def _write_numbers(figure, axes, reading: GridReading, axes_of: np.ndarray, lines) -> None:
     """Write the illuminance at each point where there is room, then those of contours where they cover
     none."""
-    figure.draw_without_rendering()
+    lay_out(figure)
     to_paper = axes.transData.transform
     places = to_paper(_flat(reading.grid.points, reading.grid, axes_of))
     width, height = (figure.dpi / 72 * x for x in (22.0, 9.0))  # of a number in points
@@ -127,9 +127,9 @@ def _write_numbers(figure, axes, reading: GridReading, axes_of: np.ndarray, line
         at = places[index]
         if _free(at, taken, width, height):
             taken.append(at)
-            axes.annotate(_lux(value), axes.transData.inverted().transform(at), ha="center", va="center",
-                          fontsize=6.5, color="#202020", zorder=4,
-                          bbox={"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.5})
+            axes.text(*axes.transData.inverted().transform(at), _lux(value), ha="center", va="center",
+                      fontsize=6.5, color="#202020", zorder=4,
+                      bbox={"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.5})
     if lines is None:
         return
     for level, pieces in zip(lines.levels, lines.allsegs, strict=True):
@@ -141,9 +141,9 @@ def _write_numbers(figure, axes, reading: GridReading, axes_of: np.ndarray, line
             spot = next((path[k] for k in order if _free(path[k], taken, 1.15 * width, 1.3 * height)), None)
             if spot is not None:
                 taken.append(spot)
-                axes.annotate(f"{level:g}", axes.transData.inverted().transform(spot), ha="center",
-                              va="center", fontsize=8, color="#7a3b00", zorder=5, weight="bold",
-                              bbox={"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8})
+                axes.text(*axes.transData.inverted().transform(spot), f"{level:g}", ha="center", va="center",
+                          fontsize=8, color="#7a3b00", zorder=5, weight="bold",
+                          bbox={"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8})
 
 
 def _free(at: np.ndarray, taken: list[np.ndarray], width: float, height: float) -> bool:
