@@ -26,10 +26,12 @@ from renderer.transport.rays.sampling import REPLICAS
 
 PARALLEL_SHARE = 0.7
 """Share of the work that runs on every core."""
-START_SECONDS = 1.7
-"""Time that any run takes to start [s]."""
-PROGRAM_BYTES = 300e6
-"""Memory of the program and its packages."""
+START_SECONDS = 1.1
+"""Time that the command takes to start, and to print its results [s]."""
+PLAN_SECONDS, PICTURES_SECONDS = 0.45, 0.6
+"""Time to draw the plan of a grid, and to import what draws them [s]."""
+PROGRAM_BYTES, PICTURES_BYTES = 110e6, 70e6
+"""Memory of the program and its packages, and of those that draw grids."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +114,8 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
             min(kept + stage.memory, 16.0 * MAX_KEPT_FACTORS),  # bytes of a kept factor
         )
     return Forecast(start.patches, start.other_patches, len(band_set.xyz), len(first), start.rays,
-                    start.method, START_SECONDS + sum(stage.seconds for stage in stages),
-                    PROGRAM_BYTES + memory, accuracy, plan.promise, start.expected,
+                    start.method, _around(scene) + sum(stage.seconds for stage in stages),
+                    _program(scene) + memory, accuracy, plan.promise, start.expected,
                     stages[1:], unsure, modelled, left_out)
 
 
@@ -131,16 +133,26 @@ def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
     # Seconds of one quiet core for a ray, a draw of a luminaire, a patch and a path.
     work = 0.4e-6 * rays + 0.6e-6 * draws + 0.7e-3 * n + 2e-6 * paths
     parallel = PARALLEL_SHARE / (cpu_count() or 1) + 1 - PARALLEL_SHARE
-    seconds = START_SECONDS + meshing + busy * work * parallel
+    seconds = meshing + busy * (_around(scene) + work * parallel)
     band_set = scene.band_set(bands)
     first, *_ = distinct_bands(scene.reflectance(band_set), scene.flux(band_set))
     modelled, left_out = _sentences(scene, plan, len(band_set.xyz), len(first))
     # Half of the draws need a shadow ray; a path takes 2.7 rays on average.
     cast = rays + round(0.5 * draws + 2.7 * paths)
-    memory = PROGRAM_BYTES + 8.0 * OPERATORS_AT_ONCE * method.entries(n) + 60.0 * paths
+    memory = _program(scene) + 8.0 * OPERATORS_AT_ONCE * method.entries(n) + 60.0 * paths
     expected = plan.accuracy if scene.photometers or points else None
     return Forecast(n, n // 4, len(band_set.xyz), len(first), cast if plan.rays else 0, method.name, seconds,
                     memory, plan.accuracy, plan.promise, expected, [], False, modelled, left_out)
+
+
+def _around(scene: Scene) -> float:
+    """Time that the command takes besides solving and reading [s]."""
+    return START_SECONDS + (PICTURES_SECONDS + PLAN_SECONDS * len(scene.grids) if scene.grids else 0.0)
+
+
+def _program(scene: Scene) -> float:
+    """Memory of the command besides solving and reading [bytes]."""
+    return PROGRAM_BYTES + (PICTURES_BYTES if scene.grids else 0.0)
 
 
 def _stage(size: Size, plan: Plan, pilot: Pilot, figures: list[Figure], one: tuple[float, float]) -> Stage:
