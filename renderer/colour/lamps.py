@@ -9,13 +9,13 @@ from renderer.colour.bands import K_M, BandSet, displayable
 from renderer.colour.nodes import GRID, luminous_at_1_nm, node_weights
 from renderer.colour.reference_light import black_body, phase_of_daylight
 from renderer.colour.spectrum import Spectrum
-from renderer.colour.tables import cie_1931, cie_illuminants, d65
+from renderer.colour.tables import cie_1931, cie_illuminant, d65, illuminant_columns
 from renderer.errors import InputError
 
 
 def illuminants(near: str | None = None) -> list[str]:
     """Names of the CIE illuminants; with `near`, the three most like it."""
-    names = list(cie_illuminants())
+    names = list(illuminant_columns())
     return names if near is None else difflib.get_close_matches(near, names, n=3, cutoff=0.0)
 
 
@@ -23,10 +23,10 @@ def illuminant(name: str, where: str) -> Spectrum:
     """Relative power of a CIE illuminant. Raises InputError for an unknown name."""
     if name == "D65":  # at 1 nm
         return Spectrum(*d65())
-    if name not in cie_illuminants():
+    if name not in illuminant_columns():
         raise InputError(f"{where} is {name!r}; must be a CIE illuminant or a spectral file (.csv, .txt, "
                          f".spdx …). Nearest: {', '.join(illuminants(near=name))}.")
-    return Spectrum(*cie_illuminants()[name])
+    return Spectrum(*cie_illuminant(name))
 
 
 def correlated(cct: float) -> Spectrum:

@@ -31,20 +31,29 @@ def d65() -> tuple[np.ndarray, np.ndarray]:
     return table[:, 0], table[:, 4]
 
 
-@cache
 def cie_illuminants() -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The CIE illuminants by name: wavelengths (k,) [nm] at 1 nm over the tabulated range, and relative power
-    (k,).
+    """The CIE illuminants by name, as `cie_illuminant`."""
+    return {name: cie_illuminant(name) for name in illuminant_columns()}
+
+
+@cache
+def illuminant_columns() -> dict[str, int]:
+    """Column of each CIE illuminant in the package's table, by name."""
+    with (DATA / "cie_illuminants.csv").open(encoding="utf-8") as file:
+        _, *names = file.readline().strip().split(",")
+    return {name: k for k, name in enumerate(names, 1)}
+
+
+@cache
+def cie_illuminant(name: str) -> tuple[np.ndarray, np.ndarray]:
+    """A CIE illuminant: wavelengths (k,) [nm] at 1 nm over the tabulated range, and relative power (k,).
 
     The tables have steps of 5 nm. Between them the D series is linear (CIE 15:2018, 4.1); the others follow
     Sprague's formula (CIE 15:2018, 7.2.1; CIE 167:2005), with negative values removed.
     """
-    with (DATA / "cie_illuminants.csv").open(encoding="utf-8") as file:
-        _, *names = file.readline().strip().split(",")
-    table = _table("cie_illuminants.csv")
-    columns = {name: table[~np.isnan(table[:, k])][:, [0, k]].T for k, name in enumerate(names, 1)}
-    return {name: _at_1_nm(nm, power, linear=name.startswith(("D", "ID")))
-            for name, (nm, power) in columns.items()}
+    table, k = _table("cie_illuminants.csv"), illuminant_columns()[name]
+    nm, power = table[~np.isnan(table[:, k])][:, [0, k]].T
+    return _at_1_nm(nm, power, linear=name.startswith(("D", "ID")))
 
 
 def _at_1_nm(nm: np.ndarray, power: np.ndarray, linear: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -4,6 +4,9 @@ import numpy as np
 
 from renderer.scene.faces_in_axes import FaceInAxes
 
+MAX_COMPARED = 1_000_000
+"""Most pairs that are compared one by one; a tree, whose import takes a fifth of a second, finds more."""
+
 
 def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> dict[int, list[int]]:
     """For each face of a solid, by its number, the earlier faces of its surface, in its plane and facing like
@@ -35,9 +38,20 @@ def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> 
 
 def _within_one(points: np.ndarray) -> np.ndarray:
     """Pairs (m, 2) of points (n, k) that are at most 1 apart along each coordinate."""
-    if len(points) <= 300:  # fewer than are worth the import
-        apart = np.abs(points[:, None] - points).max(axis=2)
-        return np.argwhere(np.triu(apart <= 1.0, 1))
-    from scipy.spatial import KDTree
+    # Sorted by the coordinate along which fewest pairs are near each other, then compared in the others.
+    best = None
+    for values in points.T:
+        order = np.argsort(values, kind="stable")
+        count = np.searchsorted(values[order], values[order] + 1.0, side="right") - np.arange(len(order)) - 1
+        if best is None or count.sum() < best[1].sum():
+            best = order, count
+    order, count = best
+    if count.sum() > MAX_COMPARED:
+        from scipy.spatial import KDTree
 
-    return KDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray")
+        return KDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray")
+    first = np.repeat(np.arange(len(order)), count)
+    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
+    first, second = order[first], order[second]
+    near = (np.abs(points[first] - points[second]) <= 1.0).all(axis=1)
+    return np.column_stack([first[near], second[near]])

@@ -46,8 +46,8 @@ def faces_of(surface: int, shell: int, parts: Parts) -> list[FaceInAxes]:
     faces += [FaceInAxes(face.origin, face.axes, face.rings, surface, shell, face) for face in parts.polygons]
     for triangle in parts.triangles:
         x, y = triangle[1] - triangle[0], triangle[2] - triangle[0]
-        normal, x = np.cross(x, y), x / (np.linalg.norm(x) or 1.0)
-        across = np.cross(normal, x)
+        normal, x = cross(x, y), x / (np.linalg.norm(x) or 1.0)
+        across = cross(normal, x)
         axes = np.stack([x, across / (np.linalg.norm(across) or 1.0)])
         ring = (triangle - triangle[0]) @ axes.T
         faces.append(FaceInAxes(triangle[0], axes, (ring,), surface, shell, triangle))
