@@ -28,17 +28,20 @@ def _seen(solution: Solution, progress: Progress):
 def save_render(solution: Solution, out: Path, progress: Progress) -> list[Path]:
     """Write the picture, luminance and spectral EXR, and the patches."""
     stem = f"{solution.scene.path.stem}_{solution.bands.name}"
-    with ThreadPoolExecutor(1) as pool:  # the import of VTK takes as long as the view of the camera
+    with ThreadPoolExecutor(1) as pool:  # VTK is imported beside the view of the camera
         data = pool.submit(patches, solution)
         view, _, total = _seen(solution, progress)
+        spectral = None
+        if solution.bands.edges is not None:
+            spectral = pool.submit(lambda: save_spectral(view.spectral(solution), solution.bands,
+                                                         out / f"{stem}_spectral.exr"))
         balanced = total @ white_balance(solution.flux.sum(axis=0) @ solution.bands.xyz).T
         pixels = tone_map(balanced, exposure([balanced], [view.shows_surface]))
         files = [save_png(pixels, out / f"{stem}.png", []),
                  save_luminance(total[..., 1], out / f"{stem}_luminance.exr")]
         files.append(save_vtp(data.result(), out / f"{stem}.vtp"))
-        if solution.bands.edges is not None:
-            files.append(save_spectral(view.spectral(solution), solution.bands,
-                                       out / f"{stem}_spectral.exr"))
+        if spectral is not None:
+            files.append(spectral.result())
     return files
 
 
