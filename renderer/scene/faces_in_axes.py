@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.scene.flat import InPlane, Parts, Polygon
-from renderer.scene.geometry import Rectangle
+from renderer.scene.geometry import Rectangle, cross
 from renderer.system.lazy import cached_property
 
 
