@@ -35,6 +35,7 @@ def triangulated(shape, size: float, max_halvings: int = 12) -> tuple[np.ndarray
     step = 1.6 * size  # with which triangles have a patch's area on average
     border = [_sampled(ring, step / 2) for ring in rings]
     inner = _middles(shape, rings[0], step)
+    most = 500 + 10 * sum(map(len, border))  # of rings that touch, edges would be halved for ever
     for _ in range(max_halvings):
         count = sum(map(len, border))
         points = np.vstack([*border, inner])
@@ -58,7 +59,7 @@ def triangulated(shape, size: float, max_halvings: int = 12) -> tuple[np.ndarray
         middle, reach = ends.mean(axis=1), np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
         apart = np.linalg.norm(inner[:, None] - middle, axis=2)
         inner = inner[(apart > reach).all(axis=1)]
-        if count > 100_000:
+        if count > most:
             break
     return _cut_up(shape, step)
 
