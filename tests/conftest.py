@@ -136,11 +136,15 @@ def run_here(batches):
         yield batch.run()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def cluster():
-    """A Dask cluster of two workers, a process each, for all tests that are run by one process."""
+    """A Dask cluster of two workers, a process each. It is not profiled, as idle it would take time from
+    other tests."""
     distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as local:
+    import dask
+
+    with dask.config.set({"distributed.worker.profile.enabled": False}), \
+            distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as local:
         yield local
 
 

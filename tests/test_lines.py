@@ -26,6 +26,7 @@ from renderer.colour.spectrum import Spectrum
 from renderer.colour.tables import cie_1931, munsell_chips
 from renderer.readings.colorimetry import colour_of, colour_temperature
 from renderer.readings.rendering import special_indices
+from renderer.solving.transport_store import TransportStore
 from renderer.studies.spectrum import lamp_record, resolve
 
 FILES = Path(__file__).parent / "files" / "colour"
@@ -81,8 +82,14 @@ def test_smooth_light_has_the_same_power_as_before_its_bands(name):
     assert inside @ V == pytest.approx([power @ V], rel=1e-4)
 
 
+@pytest.fixture(scope="module")
+def store():
+    """The rooms differ in paints and lamps alone: their form factors are computed once."""
+    return TransportStore()
+
+
 @pytest.fixture
-def lit(room_file, tmp_path):
+def lit(room_file, tmp_path, store):
     """Readings in total [lx] of a room of one paint, lit by points of these files and lumens."""
 
     def read(paint, *lamps, **given):
@@ -91,7 +98,7 @@ def lit(room_file, tmp_path):
         tables = [{**POINT, "flux": float(flux), "spectrum": file} for file, flux in lamps]
         given = {"solver": {"accuracy": 0.01}, **given}
         scene = room_file(paint, luminaires=tables, photometers=[DOWN, UP], **given)
-        return renderer.solve(scene).photometers()
+        return renderer.solve(scene, store=store).photometers()
 
     return read
 
@@ -206,12 +213,18 @@ def test_duv_past_the_ends_of_the_locus(lit, paint, lamp, duv):
     assert found["duv"] == pytest.approx(duv, abs=1e-4)
 
 
-@settings(max_examples=200, deadline=None)
-@given(x=st.floats(0.05, 0.73), y=st.floats(0.05, 0.83))
-def test_duv_is_the_distance_from_the_locus_with_the_sign_of_its_height(x, y):
+@pytest.fixture(scope="module")
+def locus():
+    """Temperatures [K] of black bodies in steps of 1 MK⁻¹, and their u, v."""
     kelvin = np.concatenate([[np.inf], 1e6 / np.arange(1.0, 3300)])
     xyz = black_body(kelvin) @ cie_1931()[1]
-    uv = xyz[:, :2] * (4, 6) / (xyz @ (1, 15, 3))[:, None]
+    return kelvin, xyz[:, :2] * (4, 6) / (xyz @ (1, 15, 3))[:, None]
+
+
+@settings(max_examples=200, deadline=None)
+@given(x=st.floats(0.05, 0.73), y=st.floats(0.05, 0.83))
+def test_duv_is_the_distance_from_the_locus_with_the_sign_of_its_height(locus, x, y):
+    kelvin, uv = locus
     at = np.array([4 * x, 6 * y]) / (-2 * x + 12 * y + 3)
     cct, duv = colour_temperature((x, y))
     far = np.linalg.norm(uv - at, axis=1)

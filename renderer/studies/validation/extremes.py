@@ -197,7 +197,8 @@ def objects(folder: Path) -> list[Case]:
         rows.append(case(name, "mean total", expected, _mean(solution), 1e-6 * expected, "lx",
                          "Φ/(S(1 − ρ))"))
     wall = solid("box", (2, 0, 0), (0.0001, 4, 3))
-    dark = solve(box_scene(folder, POINT_LAMP.replace("2, 2, 2", "1, 2, 2") + wall + meter(3, 2, 0)), "rgb")
+    dark = solve(box_scene(folder, POINT_LAMP.replace("2, 2, 2", "1, 2, 2") + wall + meter(3, 2, 0)), "rgb",
+                 0.1)
     rows.append(case("behind a partition of 0.1 mm", "total", 0.0, dark.photometers()[0].total_lx, 1e-9,
                      "lx", "nothing gets through"))
     rows.append(case("a sheet of 1 µm", "refused", "Make it thicker", refusal(
