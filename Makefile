@@ -8,8 +8,12 @@ BIN := $(VENV)/bin
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
 
+# One process more than cores, as some tests wait for others' processes; and all may keep compiled modules,
+# as a hundred processes of this program are started.
+test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/tested
-	$(BIN)/pytest -n auto --dist worksteal -m "not slow"
+	$(BIN)/pytest -n $$($(BIN)/python -c "import os; print((os.cpu_count() or 1) + 1)") --dist worksteal \
+		-m "not slow"
 
 slow: $(VENV)/tested
 	$(BIN)/pytest -m slow

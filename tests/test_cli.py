@@ -11,8 +11,9 @@ import pytest
 from conftest import PANEL, POINT_LIT, scene_text
 
 import renderer
-from renderer.cli import COMMANDS
+from renderer.cli import COMMANDS, terminal
 from renderer.scene.reading import packaged_scenes
+from renderer.solving import refine
 
 SMALL = scene_text({
     "room": {"size": [4, 4, 3], "floor": "paint", "walls": "paint", "ceiling": "paint"},
@@ -235,38 +236,61 @@ look_at = [0.5, 0.5, 1.2]
 """ for k in range(5))
 
 
-ALWAYS_FINER = """
-import renderer.solving.refine as refine
-refine.finer, refine.missed = (lambda plan, *_: plan.finer(100, 2.0, 2.0)), (lambda figures, _: figures)
-from renderer.cli import main
-main()
-"""
-"""The command line where no first solve will do."""
-
-
-@pytest.mark.parametrize(("command", "rooms", "accuracy", "line"), [
-    ("compare", ("A", "B"), "10%", "B: "), ("report", ("A", "B"), "10%", "B: "),
-    ("ugr", ("A",), "0.15%", "is not known to"), ("photometer", ("A",), "0.15%", "error bars"),
-    ("luminance", ("A",), "5%", "solving finer")])
-def test_ctrl_c_keeps_what_is_known(folder, command, rooms, accuracy, line):
-    for title in rooms:
+def two_rooms(folder) -> list[str]:
+    """The files of two rooms that take a while."""
+    for title in "AB":
         (folder / f"{title}.toml").write_text(SLOW_ROOM.format(title=title))
-    files = [f"{title}.toml" for title in rooms]
-    run = ["-c", ALWAYS_FINER] if line == "solving finer" else ["-m", "renderer"]
-    process = subprocess.Popen([sys.executable, *run, command, *files, "--accuracy", accuracy,
-                                "--no-cache", "--out", str(folder)], cwd=folder, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, text=True)
+    return ["A.toml", "B.toml"]
+
+
+def kept(folder, code: int, said: str, told: str, word: str) -> None:
+    """Check what an interrupted command has left, and that it shows the word."""
+    assert code == 1, said
+    assert "interrupted; each reading is the last one known" in said
+    assert "Traceback" not in said
+    assert word in told
+    assert not list(folder.rglob("*.part*"))
+
+
+def test_ctrl_c_keeps_what_is_known(folder):
+    process = subprocess.Popen([sys.executable, "-m", "renderer", "compare", *two_rooms(folder), "--accuracy",
+                                "10%", "--no-cache", "--out", str(folder)], cwd=folder,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     for said in process.stderr:
-        if line in said:
+        if "B: " in said:
             break
     process.send_signal(signal.SIGINT)
     told, errors = process.communicate(timeout=120)
-    assert process.returncode == 1, errors
-    assert "interrupted; each reading is the last one known" in errors
-    assert "Traceback" not in errors
-    assert {"compare": "behind", "report": "report.html", "ugr": "eye", "photometer": "behind",
-            "luminance": "spot"}[command] in told
-    assert not list(folder.rglob("*.part*"))
+    kept(folder, process.returncode, errors, told, "behind")
+
+
+@pytest.mark.parametrize(("command", "rooms", "accuracy", "line", "word"), [
+    ("report", 2, "10%", "B: ", "report.html"), ("ugr", 1, "0.15%", "is not known to", "eye"),
+    ("photometer", 1, "0.15%", "error bars", "behind"), ("luminance", 1, "5%", "solving finer", "spot")])
+def test_every_command_keeps_what_is_known(folder, here, monkeypatch, command, rooms, accuracy, line, word):
+    """The signal comes with a line of progress, in this process."""
+    say, came = terminal.say, []
+
+    def interrupted_at(message):
+        say(message)
+        if line in message and not came:
+            came.append(message)
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(terminal, "say", interrupted_at)
+    monkeypatch.setattr(terminal, "_interrupted", 0)
+    if line == "solving finer":  # no first solve will do
+        monkeypatch.setattr(refine, "finer", lambda plan, *_: plan.finer(100, 2.0, 2.0))
+        monkeypatch.setattr(refine, "missed", lambda figures, _: figures)
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        done = here(command, *two_rooms(folder)[:rooms], "--accuracy", accuracy, "--no-cache", "--out",
+                    folder, cwd=folder)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    assert came
+    kept(folder, done.returncode, done.stderr, done.stdout, word)
 
 
 def test_the_python_interface_of_the_contract():

@@ -72,7 +72,7 @@ def test_the_sampling_bar_holds_for_samples_whose_spread_is_known():
 
 def test_a_room_of_facets_smaller_than_patches_is_held_against_a_finer_one(tmp_path):
     """Meshes asked for half as fine and twice as fine divide no facet: they are the same mesh, and agree."""
-    trimesh.creation.icosphere(subdivisions=3, radius=2.0).export(tmp_path / "sphere.stl")
+    trimesh.creation.icosphere(subdivisions=2, radius=2.0).export(tmp_path / "sphere.stl")
     (tmp_path / "room.toml").write_text("""
         [room]
         mesh = "sphere.stl"
@@ -91,7 +91,7 @@ def test_a_room_of_facets_smaller_than_patches_is_held_against_a_finer_one(tmp_p
     loose = renderer.solve(scene, "rgb", 0.2)
     one, other = loose.mesh_sequence.meshes
     assert other.transport.mesh.size < one.transport.mesh.size / MIN_PATCH_SIZE_RATIO
-    fine = renderer.solve(scene, "rgb", 0.002)
+    fine = renderer.solve(scene, "rgb", 0.01)
     assert len(fine.radiosity) > 2 * len(loose.radiosity)
     for position in ([0.5, 0.0, 0.0], [0.0, 0.0, -1.9]):
         coarse, truth = (each.photometer(position, UP) for each in (loose, fine))
@@ -104,7 +104,7 @@ def test_under_a_shelf_of_one_patch_the_bar_is_as_wide_as_the_error(room):
                for k in range(6)]
     scene = room(0.7, objects=shelves)
     spot = [0.2, 2.0, 0.0], UP
-    truth = renderer.solve(scene, "rgb", 0.005).photometer(*spot)
+    truth = renderer.solve(scene, "rgb", 0.01).photometer(*spot)
     held = [abs(reading.total_lx - truth.total_lx) <= reading.uncertainty + truth.uncertainty
             for reading in (renderer.solve(scene, "rgb", 0.05, seed).photometer(*spot) for seed in range(5))]
     assert sum(held) >= 4

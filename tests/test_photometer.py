@@ -144,7 +144,7 @@ def test_pieces_seen_in_part_say_what_smaller_ones_do(room, monkeypatch):
     for fine in (False, True):
         if fine:
             for name in ("MAX_VIEW_SHARE_BY_RAYS", "MAX_VIEW_SHARE"):
-                monkeypatch.setattr(photometer, name, photometer.MAX_VIEW_SHARE / 25)
+                monkeypatch.setattr(photometer, name, photometer.MAX_VIEW_SHARE / 16)
             solution.transport.meters.clear()  # the one that is kept is of the larger pieces
         meter = make_meter(solution.transport, np.array([2.0, 2.0, 0.0]), np.array([0.0, 0.0, 1.0]), "meter")
         replicas = range(solution.transport.replicas)
