@@ -5,11 +5,6 @@ import numpy as np
 from renderer.colour.reference_light import black_body, phase_of_daylight
 from renderer.colour.tables import cie_1931, cie_1964, cri_samples, evaluation_samples
 
-CAT02 = np.array([[0.7328, 0.4296, -0.1624], [-0.7036, 1.6975, 0.0061], [0.0030, 0.0136, 0.9834]])
-"""From XYZ to the sharpened primaries in which CIECAM02 adapts."""
-HUNT_POINTER_ESTEVEZ = np.array([[0.38971, 0.68898, -0.07868], [-0.22981, 1.18340, 0.04641], [0, 0, 1.0]])
-"""From XYZ to the cones' responses."""
-
 
 def uv_1960(xyz: np.ndarray) -> np.ndarray:
     """CIE 1960 u, v (…, 2) of tristimulus values (…, 3)."""
@@ -95,9 +90,13 @@ def _in_cam02_ucs(light: np.ndarray) -> np.ndarray:
     adapting, background = 100.0, 20.0 / 100.0
     k = 1 / (5 * adapting + 1)
     level = 0.2 * k**4 * 5 * adapting + 0.1 * (1 - k**4) ** 2 * np.cbrt(5 * adapting)
-    rgb = xyz @ CAT02.T
+    # From XYZ to the sharpened primaries in which CIECAM02 adapts.
+    cat02 = np.array([[0.7328, 0.4296, -0.1624], [-0.7036, 1.6975, 0.0061], [0.0030, 0.0136, 0.9834]])
+    rgb = xyz @ cat02.T
     rgb = 100 * rgb / rgb[-1]
-    cones = rgb @ (HUNT_POINTER_ESTEVEZ @ np.linalg.inv(CAT02)).T
+    # From XYZ to the cones' responses (Hunt, Pointer and Estévez).
+    to_cones = np.array([[0.38971, 0.68898, -0.07868], [-0.22981, 1.18340, 0.04641], [0, 0, 1.0]])
+    cones = rgb @ (to_cones @ np.linalg.inv(cat02)).T
     drive = (level * np.abs(cones) / 100) ** 0.42
     red, green, blue = (400 * np.sign(cones) * drive / (27.13 + drive) + 0.1).T
     a, b = red - 12 * green / 11 + blue / 11, (red + green - 2 * blue) / 9

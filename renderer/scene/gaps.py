@@ -6,19 +6,6 @@ import numpy as np
 
 from renderer.scene.model_files.edges import Edges
 
-MAX_GAP_M = 0.005
-"""Widest gap [m] that counts as an inaccuracy of the drawing; in rooms under 5 m a thousandth of the longest
-side."""
-TOUCHING = 1e-6
-"""Distance, relative to the room's longest side, up to which faces touch."""
-SHORTEST_M, SEGMENT_M = 0.03, 0.25
-"""Shortest edge [m] along which gaps are closed, and longest segment [m] that is closed or stays open."""
-MAX_CREASE_COSINE = 0.9
-"""Largest cosine of the angle between normals at an edge of a solid."""
-OVERLAP = 0.05
-"""How far a strip passes the face beyond the gap, relative to the gap's width."""
-MAX_SEGMENTS = 50_000
-
 
 @dataclass(frozen=True)
 class Strips:
@@ -43,20 +30,23 @@ class Strips:
 
 def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> Strips:
     """The strips over gaps between faces (k, 3) and edges of others. scale : longest side of the room [m]"""
-    widest = min(MAX_GAP_M, 1e-3 * scale)
+    widest = min(0.005, 1e-3 * scale)  # [m]; wider gaps are no inaccuracy of the drawing
     a, b, face = _edges(vertices, faces)
     length = np.linalg.norm(b - a, axis=1)
-    long = length > SHORTEST_M
+    # [m] of edges along which gaps are closed, and of the longest segment that is closed or stays open
+    shortest, segment = 0.03, 0.25
+    long = length > shortest
     a, b, face, length = a[long], b[long], face[long], length[long]
-    counts = np.ceil(length / SEGMENT_M).astype(int)
-    if not len(a) or counts.sum() > MAX_SEGMENTS:
+    counts = np.ceil(length / segment).astype(int)
+    if not len(a) or counts.sum() > 50_000:
         return Strips(np.zeros((0, 4, 3)), np.zeros(0, dtype=int), np.zeros(0))
     edge = np.repeat(np.arange(len(a)), counts)
     number = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
     share = (number + 0.5) / counts[edge]
     middle = a[edge] + share[:, None] * (b - a)[edge]
     target, width = _nearest(middle, a[edge], b[edge], vertices[faces], widest)
-    gap = (width > TOUCHING * scale) & (width <= widest)
+    # Faces touch up to 1e-6 of the longest side.
+    gap = (width > 1e-6 * scale) & (width <= widest)
     corners, owner, widths = [], [], []
     for k in np.unique(edge[gap]):
         own = np.flatnonzero(edge == k)
@@ -90,7 +80,7 @@ def _edges(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndar
     crosses = np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2)))
     normals = crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
     one, other, _ = edges.pairs(np.ones(len(faces), dtype=bool))
-    flat = np.abs(np.einsum("ki,ki->k", normals[one], normals[other])) > MAX_CREASE_COSINE
+    flat = np.abs(np.einsum("ki,ki->k", normals[one], normals[other])) > 0.9  # less is a crease
     _, first = np.unique(edges.edge, return_index=True)
     inner = np.zeros(edges.count, dtype=bool)
     sides = np.sort(edges.edge.reshape(-1, 3), axis=1)
@@ -133,7 +123,8 @@ def _strip(a: np.ndarray, b: np.ndarray, starts: np.ndarray, step: float, target
     slope = (target[-1] - target[0]) / (middles[-1] - middles[0]) if len(starts) > 1 else b - a
     far = [target[0] + (x - middles[0]) * slope for x in (low, high)]
     near = [a + x * (b - a) for x in (low, high)]
-    far = [f + OVERLAP * (f - n) for f, n in zip(far, near, strict=True)]
+    overlap = 0.05  # past the face beyond the gap, relative to its width
+    far = [f + overlap * (f - n) for f, n in zip(far, near, strict=True)]
     width = max(np.linalg.norm(f - n) for f, n in zip(far, near, strict=True))
     past = width * (b - a) / np.linalg.norm(b - a)  # over the ends, so that strips meet at corners
     return np.array([near[0] - past, near[1] + past, far[1] + past, far[0] - past])

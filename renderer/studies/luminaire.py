@@ -10,8 +10,6 @@ from renderer.pictures.polar import save_polar
 from renderer.scene.photometric.distribution import Distribution
 from renderer.scene.photometric.record import Photometry
 
-TITLE_LETTERS = 56
-"""Letters in a line of the diagram's title."""
 PLANES = {"C0–C180": 0.0, "C90–C270": 90.0}
 
 
@@ -106,11 +104,16 @@ def spacing(table: Distribution, c: float, of_four: bool = False) -> float | Non
     return float(2 * np.tan(np.radians(edge)) / (np.sqrt(2) if of_four else 1.0))
 
 
+def _lines(name: str, **limits) -> list[str]:
+    """A luminaire's name in lines of 56 letters, which fit the diagram. limits : of textwrap.wrap"""
+    return wrap(name, 56, **limits)
+
+
 def photometry_rows(record: dict) -> list[list[str]]:
     """The record as rows (quantity, value) of a table."""
     flux, size, planes = record["flux_lm"], record["luminous_m"], record["planes"]
     lengths = [f"{1000 * size[k]:.4g}" for k in ("length", "width", "height")]
-    names = wrap(record["name"], TITLE_LETTERS) or ["–"]
+    names = _lines(record["name"]) or ["–"]
     rows = [*([("name", "")[k > 0], line] for k, line in enumerate(names)), ["format", record["format"]],
             ["flux stated", _said(flux["stated"], "{:.1f} lm")],
             ["flux integrated", f"{flux['integrated']:.1f} lm"],
@@ -154,6 +157,6 @@ def save_diagram(photometry: Photometry, record: dict, path: Path) -> Path:
     curves = {name: profile(photometry.distribution, c) for name, c in PLANES.items()}
     curves = {name: (gamma, scale * value) for name, (gamma, value) in curves.items()}
     name = record["name"] if record["name"] and drawable(record["name"]) else Path(record["file"]).name
-    title = "\n".join(wrap(name, TITLE_LETTERS, max_lines=4, placeholder=" …"))
+    title = "\n".join(_lines(name, max_lines=4, placeholder=" …"))
     return save_polar(title,
                       f"{record['flux_lm']['integrated']:.0f} lm, {unit}", curves, unit, path)
