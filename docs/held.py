@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-TESTS = ("test_untrusted.py", "test_python_interface.py", "test_fuzz.py")
+TESTS = ("test_untrusted.py", "test_surroundings.py", "test_python_interface.py", "test_fuzz.py")
 
 
 def main() -> None:

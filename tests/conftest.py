@@ -6,12 +6,21 @@ import subprocess
 import sys
 import warnings
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from report_page import BROWSER, DRIVER, opened
+from shaped_rooms import POINT
+from study_files import ROOM
 
+import renderer
+from renderer.cli.show import DEFAULT_ROOMS
 from renderer.scene.reading import load
 from renderer.scene.scene import Scene
+from renderer.solving.transport_store import TransportStore
+from renderer.studies import sweep_runs
+from renderer.studies.report import save_page, solve_rooms
 
 ROOT = Path(__file__).parent.parent
 
@@ -182,3 +191,102 @@ def compared(tmp_path_factory, run):
     """The main job, run once: the folder it was run in, and what it said."""
     folder = tmp_path_factory.mktemp("compared")
     return folder, run("compare", cwd=folder)
+
+
+@pytest.fixture
+def write(tmp_path):
+    """A function that writes a scene file with a room given as TOML lines, and loads it."""
+    count = iter(range(1000))
+
+    def make(room, lamp=POINT, rho=0.5, more="", plain=True):
+        surfaces = 'floor = "paint"\nwalls = "paint"\nceiling = "paint"\n' if plain else ""
+        path = tmp_path / f"scene{next(count)}.toml"
+        path.write_text(f"[room]\n{surfaces}{room}\n[materials]\npaint = {{reflectance = {rho}}}\n"
+                        f"red = {{rgb = [0.5, 0.1, 0.1]}}\n[[luminaires]]\n{lamp}\n{more}")
+        return renderer.load(path)
+
+    make.folder = tmp_path
+    return make
+
+
+@pytest.fixture
+def outlined(write):
+    def make(outline, *arguments, height=2.7, lines="", **options):
+        points = [[float(x), float(y)] for x, y in outline]
+        return write(f"outline = {points}\nheight = {height}\n{lines}", *arguments, **options)
+
+    return make
+
+
+@pytest.fixture
+def meshed(write):
+    def make(mesh, *arguments, suffix="obj", lines="", **options):
+        mesh.export(write.folder / f"room.{suffix}")
+        return write(f'mesh = "room.{suffix}"\nup = "z"\n{lines}', *arguments, **options)
+
+    return make
+
+
+@pytest.fixture
+def one_process(monkeypatch):
+    """Batches run in this process; other tests use workers."""
+    monkeypatch.setattr(sweep_runs, "on_cores", run_here)
+
+
+@pytest.fixture
+def painted(tmp_path):
+    """A folder with a room of two paints, and the same room with twice the light in a folder below."""
+    (tmp_path / "sub").mkdir()
+    for folder, flux in ((tmp_path, 1000), (tmp_path / "sub", 2000)):
+        (folder / "a.toml").write_text(ROOM.format(flux=flux))
+        (folder / "p1.csv").write_text("wavelength_nm,reflectance\n400,0.2\n700,0.2\n")
+        (folder / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.3\n700,0.3\n")
+    return tmp_path
+
+
+@pytest.fixture(scope="session")
+def report(tmp_path_factory):
+    """The page of the three default rooms in small pictures, and the rooms as solved."""
+    scenes = [load(name) for name in DEFAULT_ROOMS]
+    seen = scenes[0].camera.model_copy(update={"resolution": (320, 240)})
+    rooms = solve_rooms(
+        [replace(scene, camera=seen) for scene in scenes], None, None, TransportStore(), _quiet
+    )
+    folder = tmp_path_factory.mktemp("report")
+    return save_page(rooms, "renderer report", folder, _quiet)[0], rooms
+
+
+def _quiet(step):
+    """Progress without output."""
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """Chromium without a window and without a network."""
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = BROWSER
+    for argument in ("--headless=new", "--no-sandbox", "--window-size=1400,1000", "--use-angle=swiftshader",
+                     "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    driver.saved = tmp_path_factory.mktemp("saved")
+    driver.execute_cdp_cmd("Browser.setDownloadBehavior",
+                           {"behavior": "allow", "downloadPath": str(driver.saved)})
+    driver.execute_cdp_cmd("Network.enable", {})
+    driver.execute_cdp_cmd("Network.emulateNetworkConditions",
+                           {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0})
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture
+def page(browser, report):
+    """The report, opened anew; at the end nothing has been complained of or asked for."""
+    opened(browser, report[0])
+    yield browser
+    assert [entry for entry in browser.get_log("browser") if entry["level"] != "INFO"] == []
+    asked = browser.execute_script("return performance.getEntriesByType('resource').map(entry => entry.name)")
+    assert [name for name in asked if not name.startswith(("blob:", "data:"))] == []

@@ -2,28 +2,17 @@
 
 import json
 import os
-import resource
-import signal
-import socket
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
-from conftest import POINT_LIT, scene_text
+from untrusted import BASE, CAMERA
 
 from renderer.errors import InputError
 from renderer.pictures.report.files import scene_files
 from renderer.scene.reading import load
 from renderer.studies.sweep import read_study
-from renderer.system import threads
-from renderer.system.files import output_folder, whole_file
 from renderer.system.input_files import MAX_BYTES, parse_toml, read_input
 from renderer.system.text import MAX_QUOTED_CHARACTERS, cell, quoted, visible
-
-BASE = scene_text(POINT_LIT)
-CAMERA = "[camera]\nposition = [2, 0.1, 1.5]\nlook_at = [2, 4, 1.4]\nresolution = [64, 48]\n"
 
 
 @pytest.fixture
@@ -33,15 +22,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def refused(done, *words, code=2):
-    """One sentence on stderr, no result, that exit code."""
-    assert done.returncode == code, done.stderr
-    assert done.stderr.count("\n") == 1, done.stderr
-    assert "Traceback" not in done.stderr
-    for word in words:
-        assert word in done.stderr
-
-
 TEXT = "scene and study text: nesting, huge integers, lookalike letters, other encodings, dates, NaN, titles"
 CONTROL = "control characters, direction marks and terminal escapes in titles and names: table, CSV and JSON"
 FORMULAS = "cells that a spreadsheet would compute"
@@ -49,11 +29,7 @@ IRREGULAR = "pipes, devices, folders, files of 2 TB, impossible names, for each 
 PIPES = "scenes that name a pipe, for each file format"
 SECRETS = ("planted secrets: names that equal a file's, files outside the folder, files changed since they "
            "were read")
-SURROUNDINGS = ("streams closed or full, names that are not UTF-8, wrong RENDERER_CORES, a full disk, files "
-                "left by a killed run")
-SCHEDULERS = "addresses of no scheduler, and a cluster without workers"
 FROM_INSIDE = "what reads, sees or shines from inside an object, said before the work"
-SIGNALS = "SIGTERM and SIGINT at 40 moments of a run each, from its imports to its end"
 TEXTS = {
     "deep": (BASE + "x = " + "[" * 5000 + "]" * 5000, "within each other"),
     "bigint": (BASE.replace("1000", "1" + "0" * 5000), "digits"),
@@ -255,133 +231,6 @@ def test_the_page_of_a_report_carries_no_secret(folder, here, held):
         assert (SECRET in page) == carries
         assert "id_rsa.csv" in page
     held(SECRETS, 2)
-
-
-def shell(folder, line: str, arguments="photometer base.toml --accuracy 20% --quiet", **environment):
-    command = f"{sys.executable} -m renderer {arguments} {line}"
-    return subprocess.run(["bash", "-c", command], cwd=folder, capture_output=True, text=True, timeout=100,
-                          env={**os.environ, **environment})
-
-
-def test_closed_and_full_streams(folder, held):
-    refused(shell(folder, ">&-"), "standard output is closed", code=1)
-    done = shell(folder, "2>&-")
-    assert done.returncode == 0
-    assert "p" in done.stdout
-    assert shell(folder, ">&- 2>&- <&-", "keys").returncode == 1
-    refused(shell(folder, "> /dev/full", "keys"), "No space left", code=1)
-    assert shell(folder, "--bands 32 2> /dev/full").returncode == 2
-    held(SURROUNDINGS, 5)
-
-
-@pytest.mark.parametrize("cores", ["0", "-1", "1.5", "", "9" * 30, "½", "٣"])
-def test_a_wrong_number_of_cores_is_one_sentence(monkeypatch, cores, held):
-    monkeypatch.setenv("RENDERER_CORES", cores)
-    with pytest.raises(InputError, match=r"RENDERER_CORES is .* 1 to 4096"):
-        threads._cores()
-    held(SURROUNDINGS)
-
-
-def test_a_wrong_number_of_cores_ends_a_command_with_one_sentence(folder, held):
-    refused(shell(folder, "", RENDERER_CORES="abc"), "RENDERER_CORES", "1 to 4096")
-    held(SURROUNDINGS)
-
-
-def _limited():
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-
-
-def test_a_disk_that_takes_no_more_is_one_sentence_and_no_partial_file(folder, run, held):
-    """A limit on the size of files stands for a full disk: the same calls fail, with EFBIG for ENOSPC."""
-    done = run("render", "room.toml", "--accuracy", "20%", "--quiet", "--no-cache", cwd=folder,
-               preexec_fn=_limited)
-    refused(done, "cannot be written (File too large)", code=1)
-    left = {path.name for path in (folder / "outputs").iterdir()}
-    assert left <= {"room_31.png", "room_31_luminance.exr", "room_31.vtp"}  # those that fit, whole
-    held(SURROUNDINGS)
-
-
-def test_names_that_are_not_utf_8_work(folder, here, held):
-    name = os.fsdecode(b"n\xff.toml")
-    (folder / name).write_text(BASE + CAMERA)
-    for command in ("report", "compare", "render", "photometer"):
-        done = here(command, name, "--accuracy", "20%", "--quiet", cwd=folder)
-        assert done.returncode == 0, done.stderr
-        assert "\udcff" not in done.stdout + done.stderr
-    held(SURROUNDINGS, 4)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_at_any_moment_is_at_most_one_sentence(folder, how, held):
-    """From the first instruction to the last, imports included; 40 moments over a whole run."""
-    command = [sys.executable, "-m", "renderer", "photometer", "room.toml", "--accuracy", "20%", "--quiet"]
-    started = time.monotonic()
-    subprocess.run(command, cwd=folder, check=True, capture_output=True)
-    whole = time.monotonic() - started
-    begins = 0.08 * whole  # before that it is Python's own start, which nothing here can speak for
-    for k in range(40):
-        process = subprocess.Popen(command, cwd=folder, text=True, stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE)
-        time.sleep(begins + whole * k / 40)
-        process.send_signal(how)
-        _, said = process.communicate(timeout=60)
-        assert "Traceback" not in said, said
-        assert said.count("\n") <= 1, said
-        assert process.returncode in (0, 1, 128 + how, -how), said
-        held(SIGNALS)
-
-
-def test_parts_left_by_a_killed_run_are_swept_up(tmp_path, held):
-    dead = subprocess.Popen([sys.executable, "-c", ""])
-    dead.wait()
-    left = tmp_path / f".0123abcd.{dead.pid}.part.png"
-    mine, other = tmp_path / f".0123abcd.{os.getpid()}.part.png", tmp_path / ".part.of.something"
-    for path in (left, mine, other):
-        path.touch()
-    output_folder(tmp_path)
-    assert not left.exists()
-    assert mine.exists()
-    assert other.exists()
-    held(SURROUNDINGS)
-
-
-def test_a_file_with_a_name_as_long_as_names_may_be_is_written(tmp_path):
-    path = tmp_path / ("x" * 251 + ".csv")
-    with whole_file(path) as part:
-        part.write_text("whole")
-    assert path.read_text() == "whole"
-
-
-def test_silent_and_wrong_schedulers_are_one_sentence(monkeypatch, held):
-    pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
-    from renderer.studies import cluster
-
-    monkeypatch.setattr(cluster, "ANSWER_TIMEOUT_S", 0.5)
-    with socket.socket() as silent:
-        silent.bind(("127.0.0.1", 0))
-        silent.listen()
-        at = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        for address in (at, at.replace("tcp", "ws"), "tls://127.0.0.1:9", "ucx://127.0.0.1:9",
-                        "http://127.0.0.1:9", "", "tcp://127.0.0.1:abc", "x" * 5000, "\x1b[2J"):
-            with pytest.raises(InputError, match="where no scheduler answers") as error:
-                cluster.refuse_silence(address)
-            assert len(str(error.value)) < 800
-            held(SCHEDULERS)
-
-
-def test_a_cluster_without_workers_is_given_up_in_time(monkeypatch, held):
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
-    from renderer.errors import SolveError
-    from renderer.studies import cluster
-
-    assert cluster.SECONDS_WITHOUT_WORKER < 30
-    monkeypatch.setattr(cluster, "SECONDS_WITHOUT_WORKER", 1.0)
-    with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty, \
-            distributed.Client(empty.scheduler_address) as client, \
-            pytest.raises(SolveError, match="has had no worker for"):
-        list(cluster.as_done([client.submit(abs, -1)], client))
-    held(SCHEDULERS)
 
 
 @pytest.mark.parametrize("place", ["photometers", "observers", "spot_meters", "camera", "luminaires"])

@@ -1,0 +1,208 @@
+"""Formats of model files: PLY, glTF, COLLADA and 3MF, compression, units, and files that cannot be read."""
+
+import base64
+import contextlib
+import json
+import struct
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from model_measures import CHAIR, area, box, model, volume
+
+import renderer
+from renderer.scene.model_files.read import read_polygons
+from renderer.scene.model_files.triangulate import newell
+
+
+def test_strips_of_a_ply_file(tmp_path):
+    path = tmp_path / "strip.ply"
+    path.write_text("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                    "property float z\nelement tristrips 1\nproperty list int int vertex_indices\n"
+                    "end_header\n"
+                    "0 0 0\n1 0 0\n0 1 0\n1 1 0\n9 0 1 2 3 -1 0 1 2 -1\n")
+    file = read_polygons(path, "x")
+    np.testing.assert_allclose(newell(file.vertices, file.corners, file.sizes)[:, 2], 0.5)
+
+
+def test_a_ply_header_that_is_wrong_about_what_follows_the_corners(tmp_path):
+    path = tmp_path / "face.ply"
+    path.write_text("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                    "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                    "property list uchar float texcoord\nproperty uchar red\nend_header\n"
+                    "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0.6 0.4 0.6 0.4 0.6 0.4 9 1 1 1 1 1 1 1 1 1\n")
+    assert area(model(path)) == pytest.approx(0.5)
+
+
+def gltf(tmp_path, *, change=None, binary=None):
+    """A glTF file of a 1 m square in its xy plane, its buffer beside it."""
+    data = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4").tobytes()
+    data += np.array([0, 1, 2, 0, 2, 3], "<u2").tobytes()
+    (tmp_path / "square.bin").write_bytes(data if binary is None else binary)
+    root = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "scene": 0,
+            "nodes": [{"mesh": 0, "name": "leaf"}],
+            "meshes": [{"name": "square", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1,
+                                                          "material": 0}]}],
+            "materials": [{"name": "paint",
+                           "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 0.125, 1]}}],
+            "buffers": [{"uri": "square.bin", "byteLength": len(data)}],
+            "bufferViews": [{"buffer": 0, "byteLength": 48},
+                            {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                          {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}]}
+    if change:
+        change(root)
+    path = tmp_path / "square.gltf"
+    path.write_text(json.dumps(root))
+    return path
+
+
+def test_gltf_with_a_buffer_beside_it(tmp_path):
+    found = model(gltf(tmp_path))
+    assert area(found) == pytest.approx(1.0)
+    np.testing.assert_allclose(found.bounds, [[0, 0, 0], [1, 0, 1]], atol=1e-12)  # +Y is up
+    assert found.names == [("paint", "square", "leaf")]
+    np.testing.assert_allclose(found.colours[0], [0.5, 0.25, 0.125])
+
+
+def test_draco_compression(tmp_path):
+    import DracoPy
+
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    data = DracoPy.encode(points, np.array([[0, 1, 2], [0, 2, 3]]), quantization_bits=16)
+
+    def change(root):
+        root["extensionsUsed"] = root["extensionsRequired"] = ["KHR_draco_mesh_compression"]
+        root["bufferViews"] = [{"buffer": 0, "byteLength": len(data)}]
+        root["buffers"][0]["byteLength"] = len(data)
+        root["meshes"][0]["primitives"][0]["extensions"] = {"KHR_draco_mesh_compression": {
+            "bufferView": 0, "attributes": {"POSITION": 0}}}
+
+    assert area(model(gltf(tmp_path, change=change, binary=data))) == pytest.approx(1.0, rel=1e-4)
+
+
+def test_meshopt_compression(tmp_path):
+    import meshoptimizer
+
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4")
+    packed = bytes(meshoptimizer.encode_vertex_buffer(points, 4, 12))
+    index = bytes(meshoptimizer.encode_index_buffer(np.array([0, 1, 2, 0, 2, 3], "<u4"), 6, 4))
+
+    def change(root):
+        root["extensionsRequired"] = ["EXT_meshopt_compression"]
+        for view, mode, start, length, stride, count in (
+                (0, "ATTRIBUTES", 0, len(packed), 12, 4), (1, "TRIANGLES", len(packed), len(index), 2, 6)):
+            root["bufferViews"][view] = {"buffer": 1, "byteLength": stride * count, "extensions": {
+                "EXT_meshopt_compression": {"buffer": 0, "byteOffset": start, "byteLength": length,
+                                            "mode": mode, "byteStride": stride, "count": count}}}
+        root["buffers"].append({"byteLength": 60})
+
+    assert area(model(gltf(tmp_path, change=change, binary=packed + index))) == pytest.approx(1.0)
+
+
+COLLADA = """<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="0.01"/><up_axis>Z_UP</up_axis></asset>
+<library_effects><effect id="e"><profile_COMMON><technique sid="t"><lambert><diffuse>
+<color>0.5 0.5 0.5 1</color></diffuse></lambert></technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="m" name="felt"><instance_effect url="#e"/></material></library_materials>
+<library_geometries><geometry id="g" name="angle"><mesh>
+<source id="p">
+<float_array id="a" count="18">0 0 0 200 0 0 200 100 0 100 100 0 100 200 0 0 200 0</float_array>
+<technique_common><accessor source="#a" count="6" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<polylist material="s" count="1"><input semantic="VERTEX" source="#v" offset="0"/><vcount>6</vcount>
+<p>3 4 5 0 1 2</p></polylist></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="w"><node name="stand"><scale>1 2 1</scale>
+<instance_geometry url="#g"><bind_material><technique_common>
+<instance_material symbol="s" target="#m"/></technique_common></bind_material>
+</instance_geometry></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#w"/></scene></COLLADA>"""
+
+
+def test_collada_says_its_unit_and_its_axis(tmp_path):
+    (tmp_path / "angle.dae").write_text(COLLADA)
+    found = model(tmp_path / "angle.dae")
+    assert area(found) == pytest.approx(6.0, rel=1e-6)  # an L of 3 m², twice as long
+    assert found.taken == "z up"
+    assert found.names == [("felt", "angle", "stand")]
+    np.testing.assert_allclose(found.colours[0], ((0.5 + 0.055) / 1.055) ** 2.4)
+    typed = COLLADA.replace("<asset>", '<!DOCTYPE x SYSTEM "/etc/passwd"><asset>')
+    (tmp_path / "angle.dae").write_text(typed)
+    with pytest.raises(renderer.InputError, match="XML entities"):
+        model(tmp_path / "angle.dae")
+
+
+def test_3mf_is_in_millimetres(tmp_path):
+    pytest.importorskip("lxml")
+    box([0, 0, 0], [100, 200, 300]).export(tmp_path / "crate.3mf")
+    assert volume(model(tmp_path / "crate.3mf")) == pytest.approx(0.006)
+
+
+@pytest.mark.parametrize(("name", "data", "word"), [
+    ("chair.skp", b"x", "SketchUp"), ("chair.fbx", b"x", "FBX"), ("chair.xyz", b"x", "not read"),
+    ("chair.gltf", b'{"asset": {"version": "1.0"}}', "glTF 1.0"),
+    ("chair.glb", b"glTF" + struct.pack("<II", 1, 20), "binary glTF 1"),
+    ("chair.gltf", b'{"asset": {"version": "2.0"}, "extensionsRequired": ["X_y"]}', "X_y"),
+    ("chair.glb", b"version https://git-lfs.github.com/spec/v1\n", "Git LFS"),
+    ("chair.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "vertex 9"),
+    ("chair.obj", b"v 0 0 0\nl 1 1\n", "no faces"),
+    ("chair.obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "no faces with area"),
+    ("chair.3mf", b"x", "ZIP"),
+    ("chair.gltf", b'{"asset": {"version": "2.0"}, "scene": "a", "scenes": [{"nodes": [0]}]}', "wrong kind"),
+    ("chair.gltf", b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}]}', "lacks a value that glTF"),
+    ("chair.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty list uchar int i\n"
+                  b"end_header\n1\n", "lacks a value that PLY"),
+])
+def test_what_cannot_be_read_is_refused_by_its_right_name(tmp_path, name, data, word):
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(renderer.InputError, match=word) as refused:
+        model(tmp_path / name)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("name", ["../secret.bin", "/etc/passwd", "https://example.org/a.bin",
+                                  "..%2Fsecret.bin", "..\\secret.bin"])
+def test_no_file_outside_the_folder_is_read(tmp_path, name):
+    (tmp_path / "secret.bin").write_bytes(bytes(60))
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    path = gltf(inner, change=lambda root: root["buffers"][0].update(uri=name))
+    with pytest.raises(renderer.InputError, match=r"outside the scene's folder|nothing is fetched"):
+        model(path)
+    assert area(model(gltf(inner))) == pytest.approx(1.0)
+
+
+@cache
+def samples() -> dict[str, bytes]:
+    """A small file of each kind; the glTF file needs none beside it."""
+    solid = box([0, 0, 0], [1, 2, 3])
+    files = {kind: solid.export(file_type=kind) for kind in ("obj", "ply", "stl", "glb", "3mf")}
+    root, binary = _chunks(files["glb"])
+    root["buffers"][0]["uri"] = "data:;base64," + base64.b64encode(binary).decode()
+    files |= {"dae": COLLADA, "obj": CHAIR, "gltf": json.dumps(root)}
+    return {kind: data.encode() if isinstance(data, str) else data for kind, data in files.items()}
+
+
+def _chunks(data: bytes) -> tuple[dict, bytes]:
+    length = struct.unpack_from("<I", data, 12)[0]
+    return json.loads(data[20:20 + length]), data[28 + length:]
+
+
+@settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_mutated_file_is_read_or_refused_in_one_sentence(tmp_path, data):
+    files = samples()
+    kind = data.draw(st.sampled_from(sorted(files)))
+    content = bytearray(files[kind])
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(content)))
+        content[at:at + data.draw(st.integers(0, 8) | st.integers(0, len(content)))] = data.draw(
+            st.binary(max_size=8) | st.sampled_from([b"-1", b"0", b"99999999999", b"nan", b"{", b"1e300"]))
+    (tmp_path / f"mutated.{kind}").write_bytes(bytes(content))
+    with contextlib.suppress(renderer.InputError):  # anything else fails the test
+        found = model(tmp_path / f"mutated.{kind}")
+        assert np.isfinite(found.shapes.vertices[found.shapes.faces]).all()
