@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from renderer.scene.doubled import earlier_in_place
+from renderer.scene.doubled import earlier_in_place, overlapping
 from renderer.scene.faces_in_axes import FaceInAxes
 from renderer.scene.flat import Parts, Polygon, polygon, rectilinear
 from renderer.scene.geometry import CONTACT_TOLERANCE, PARALLEL_TOLERANCE, Rectangle, triangle_areas
@@ -46,6 +46,8 @@ class Arrangement:
         self.triangles = np.concatenate([shell.triangles for shell in shells])
         self.of_shell = np.repeat(np.arange(len(shells)), [len(shell.triangles) for shell in shells])
         self.boxes = np.array([[f.corners.min(axis=0), f.corners.max(axis=0)] for f in faces])
+        self.number = {id(face.face): k for k, face in enumerate(faces)}
+        self.neighbours = overlapping(self.boxes, self.off)
         self.crossing = self._crossing()
         self.earlier = earlier_in_place(faces, self.boxes, self.off)
         self.shared = {(self.faces[k].shell, int(self.of_shell[t]))
@@ -244,9 +246,7 @@ class Arrangement:
 
         facing : 1 for faces that look the same way, −1 for those that look the opposite way
         """
-        near = np.flatnonzero((self.boxes[:, 0] <= self.boxes[k, 1] + self.off).all(axis=1)
-                              & (self.boxes[:, 1] >= self.boxes[k, 0] - self.off).all(axis=1))
-        found = []
+        near, found = self.neighbours[k], []
         for other in (self.faces[j] for j in near if j != k):
             if (other.normal @ face.normal * facing > 1 - PARALLEL_TOLERANCE
                     and np.abs((other.corners - face.origin) @ face.normal).max() < 2 * self.off
@@ -270,8 +270,7 @@ class Arrangement:
         import shapely
 
         place = shapely.Point(face.flat(point)[0])
-        earlier = {id(other.face) for other in self.faces[:k] if other.shell < 0}
-        return any(id(other.face) in earlier and other.shape.contains(place)
+        return any(other.shell < 0 and self.number[id(other.face)] < k and other.shape.contains(place)
                    for side in (1, -1) for other in self._coplanar(k, face, side))
 
     def _sides(self, face: FaceInAxes, point: np.ndarray) -> tuple[bool, bool]:

@@ -55,3 +55,16 @@ def _within_one(points: np.ndarray) -> np.ndarray:
     first, second = order[first], order[second]
     near = (np.abs(points[first] - points[second]) <= 1.0).all(axis=1)
     return np.column_stack([first[near], second[near]])
+
+
+def overlapping(boxes: np.ndarray, off: float) -> list[np.ndarray]:
+    """For each of boxes (n, 2, 3) [m], lowest and highest corner, the numbers of those within `off` [m]."""
+    import shapely
+
+    low, high = boxes[:, 0] - off, boxes[:, 1]
+    flat = shapely.box(*low[:, :2].T, *(high[:, :2] + off).T)
+    one, other = shapely.STRtree(flat).query(flat)
+    level = (low[other, 2] <= high[one, 2]) & (high[other, 2] >= low[one, 2])
+    one, other = one[level], other[level]
+    order = np.lexsort((other, one))
+    return np.split(other[order], np.searchsorted(one[order], np.arange(1, len(boxes))))
