@@ -7,6 +7,7 @@ from conftest import room_table
 
 import renderer
 from renderer.scene.reading import load
+from renderer.solving.measure import stray_light
 from renderer.transport.mesh import gathering
 from renderer.transport.mesh.build import build_mesh
 from renderer.transport.mesh.gathering import Gathering
@@ -50,6 +51,8 @@ def test_energy_is_kept_and_spread_as_it_must(solved):
     solution, area = solved
     exchange = solution.transport.exchange
     assert solution.energy_balance_error < 1e-6
+    assert exchange.lost.shape == exchange.areas.shape
+    assert stray_light(solution)[0] < 1e-3
     assert exchange.areas.sum() == pytest.approx(area + 1.0, rel=2e-3)
     # All that reflects does so alike but the panel, which is black.
     np.testing.assert_allclose(exchange.matrix @ np.ones(len(exchange.areas)), exchange.areas, rtol=1e-6,

@@ -58,9 +58,15 @@ def components(mesh: TriangleMesh) -> list[TriangleMesh]:
 
 def has_crowded_edges(triangles: np.ndarray) -> bool:
     """Whether more than two triangles of (k, 3, 3) share an edge."""
-    corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    points = triangles.reshape(-1, 3)
+    order = np.lexsort(points.T)
+    fresh = (points[order[1:]] != points[order[:-1]]).any(axis=1)
+    corner = np.empty(len(points), dtype=np.int64)
+    corner[order] = np.concatenate([[0], np.cumsum(fresh)])
+    corner = corner.reshape(-1, 3)
     sides = np.sort(np.stack([corner, np.roll(corner, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    return bool(np.unique(sides, axis=0, return_counts=True)[1].max() > 2)
+    key = np.sort(sides[:, 0] * len(points) + sides[:, 1])
+    return bool((key[2:] == key[:-2]).any())
 
 
 def solids_of(pieces: list[TriangleMesh | None]) -> np.ndarray:

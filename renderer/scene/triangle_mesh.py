@@ -164,10 +164,11 @@ def divided_to(vertices: np.ndarray, faces: np.ndarray, longest: float) -> tuple
     """Vertices (m, 3) and faces (l, 3) of triangles (k, 3) of which sides over `longest` [m] are halved until
     there is none."""
     while True:
-        count = len(faces)
-        vertices, faces = _halved(vertices, faces, longest)
-        if len(faces) == count:
+        corners = vertices[faces]
+        sides = corners - corners[:, [1, 2, 0]]
+        if not (np.einsum("ksi,ksi->ks", sides, sides) > longest**2).any():
             return vertices, faces
+        vertices, faces = _halved(vertices, faces, longest)
 
 
 def _halved(vertices: np.ndarray, faces: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:

@@ -86,15 +86,24 @@ def _unread_format(ending: str) -> str:
 
 
 def _parsed(data: bytes, path: Path, kind: str, root: Path) -> ModelFile:
-    from renderer.scene.model_files import by_trimesh, collada_file, gltf, obj, ply
-
     if data.startswith(b"version https://git-lfs"):
         raise Unreadable("is a pointer of Git LFS, not the model itself; download that")
-    if kind in ("stl", "3mf"):
-        return {"stl": by_trimesh.read_stl, "3mf": by_trimesh.read_3mf}[kind](data)
-    if kind == "ply":
-        return ply.read_ply(data)
-    read = {"obj": obj.read_obj, "dae": collada_file.read_collada}.get(kind, gltf.read_gltf)
+    # Each reader is imported for its own files: trimesh and pycollada take a second.
+    match kind:
+        case "stl" | "3mf":
+            from renderer.scene.model_files.by_trimesh import read_3mf, read_stl
+
+            return (read_stl if kind == "stl" else read_3mf)(data)
+        case "ply":
+            from renderer.scene.model_files.ply import read_ply
+
+            return read_ply(data)
+        case "obj":
+            from renderer.scene.model_files.obj import read_obj as read
+        case "dae":
+            from renderer.scene.model_files.collada_file import read_collada as read
+        case _:
+            from renderer.scene.model_files.gltf import read_gltf as read
     return read(data, beside(path, root))
 
 

@@ -169,7 +169,8 @@ def between_patches(of_groups: Exchange, gathering: Gathering) -> Exchange:
     """The operator between patches from one between groups of them."""
     weights = gathering.weights(of_groups.areas)
     return replace(of_groups, areas=weights.T @ of_groups.areas, matrix=Gathered(of_groups.matrix, weights),
-                   worst_patch=int(gathering.first[of_groups.worst_patch]), kept={})
+                   worst_patch=int(gathering.first[of_groups.worst_patch]), kept={},
+                   lost=None if of_groups.lost is None else of_groups.lost[gathering.group])
 
 
 def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
