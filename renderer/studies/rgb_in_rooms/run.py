@@ -157,13 +157,15 @@ def _with_meters(scene: Scene) -> Scene:
 
 
 def _stands_free(scene: Scene, point: np.ndarray) -> bool:
+    from renderer.scene.buried import refuse_buried
     from renderer.scene.room import refuse_place_outside
 
     try:
         refuse_place_outside(scene.room, point, "meter", "")
+        refuse_buried(scene.bodies, point + [0, 0, 1e-3], scene.room.scale, "meter")
     except InputError:
         return False
-    return not any(body.mesh.contains([point + [0, 0, 1e-3]])[0] for body in scene.bodies)
+    return True
 
 
 def solve_painting(gains: RoomGains, painting: Painting) -> tuple[np.ndarray, dict[str, np.ndarray]]:
