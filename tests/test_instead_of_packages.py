@@ -9,7 +9,7 @@ import pytest
 from renderer.colour.lamps import illuminant, power_at_1_nm
 from renderer.colour.reference_light import phase_of_daylight
 from renderer.colour.tables import cie_1931, evaluation_samples
-from renderer.pictures.isolux import _section
+from renderer.pictures.isolux import _section, _thin_plate
 from renderer.readings.colorimetry import colour_of
 from renderer.readings.spectrum import _slope_of_monotone_cubic
 from renderer.readings.uncertainty import student
@@ -193,3 +193,16 @@ def test_students_points_as_by_scipy():
 
     for replicas in (2, 3, 4, 8, 9, 32, 101):
         assert student(replicas) == pytest.approx(stdtrit(replicas - 1, 0.975), rel=1e-12)
+
+
+@pytest.mark.parametrize("in_line", [False, True])
+def test_a_thin_plate_as_by_scipy(in_line):
+    from scipy.interpolate import RBFInterpolator
+
+    random = np.random.default_rng(6)
+    rows = 1 if in_line else 5
+    centres = np.array([(i + 0.5, j + 0.5) for i in range(7) for j in range(rows)])
+    values, at = random.uniform(100, 500, len(centres)), random.uniform(0, 6, (50, 2))
+    kernel = {"kernel": "linear", "degree": 0} if in_line else {"kernel": "thin_plate_spline"}
+    theirs = RBFInterpolator(centres, values, **kernel)(at)
+    np.testing.assert_allclose(_thin_plate(centres, values, at, in_line), theirs, rtol=1e-8)
