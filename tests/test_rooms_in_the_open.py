@@ -7,6 +7,7 @@ import trimesh
 import renderer
 from renderer.records.escape import through_gaps
 from renderer.records.json_records import escaped
+from renderer.scene.doubts import doubts
 from renderer.scene.room import winding
 
 LAMP = 'shape = "point"\ncenter = [2.5, 2.0, 2.2]\nflux = 1000'
@@ -91,6 +92,17 @@ def test_walls_and_slabs_as_solids(room, lamp):
     reading, solution = read(room(trimesh.util.concatenate(thick), lamp))
     agree(reading, read(room(BOX, lamp))[0])
     assert escaped(solution)[0]["escaping_lm"] == pytest.approx(0, abs=1e-3)
+
+
+def test_furniture_in_a_solid_wall_is_doubted(room):
+    thick = [trimesh.creation.box(bounds=bounds) for bounds in (
+        [[-.2, -.2, -.3], [5.2, 4.2, 0]], [[-.2, -.2, 2.7], [5.2, 4.2, 3]],
+        [[-.2, -.2, -.1], [0, 4.2, 2.9]], [[5, -.2, -.1], [5.2, 4.2, 2.9]],
+        [[-.2, -.2, -.1], [5.2, 0, 2.9]], [[-.2, 4, -.1], [5.2, 4.2, 2.9]])]
+    scene = room(trimesh.util.concatenate(thick))
+    desk = {"name": "desk", "shape": "box", "size": [1, 1, 0.7], "material": "g"}
+    for x, said in ((4.0, 0), (4.1, 1)):  # against the wall; 0.1 m in it
+        assert len(doubts(scene.with_values({"objects": [{**desk, "position": [x, 1, 0]}]}))) == said
 
 
 def test_an_open_door_lets_out_what_its_solid_angle_takes(room):

@@ -1,5 +1,7 @@
 """Likely mistakes in a scene: too many lumens, a room in the wrong unit, furniture through a wall."""
 
+import numpy as np
+
 from renderer.scene.room import distances, winding
 from renderer.scene.scene import Body, Scene
 
@@ -19,16 +21,24 @@ def doubts(scene: Scene) -> list[str]:
         if not body.of_room:
             name = body.name.partition(": ")[0]
             reach[name] = max(reach.get(name, 0.0), _reach(scene, body))
-    found += [f"objects {name!r} reaches {far:.2g} m out of the room; what is outside takes no part"
+    where = "into solids of room.mesh" if any(body.of_room for body in scene.bodies) else "out of the room"
+    lost = "inside them" if "into" in where else "outside"
+    found += [f"objects {name!r} reaches {far:.2g} m {where}; what is {lost} takes no part"
               for name, far in reach.items() if far > 0.01]
     return found
 
 
 def _reach(scene: Scene, body: Body) -> float:
-    """Largest distance [m] from the room of about 2,000 vertices of a body outside it."""
+    """Largest distance [m] from the room of about 2,000 vertices of a body outside it, or inside its walls
+    where these are solids of their own."""
+    vertices = body.mesh.vertices[:: max(1, len(body.mesh.vertices) // 2000)]
+    walls = [own.mesh.triangles for own in scene.bodies if own.of_room and own.closed]
+    if walls:
+        solid = np.concatenate(walls)
+        within = vertices[winding(vertices, solid) < -0.5]
+        return float(distances(within, solid).max(initial=0.0))
     low, high = scene.room.bounds
     if (body.mesh.bounds[0] >= low).all() and (body.mesh.bounds[1] <= high).all() and scene.room.convex:
         return 0.0
-    vertices = body.mesh.vertices[:: max(1, len(body.mesh.vertices) // 2000)]
     out = vertices[winding(vertices, scene.room.shell) < 0.5]
     return float(distances(out, scene.room.shell).max(initial=0.0))
