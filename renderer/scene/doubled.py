@@ -4,9 +4,6 @@ import numpy as np
 
 from renderer.scene.faces_in_axes import FaceInAxes
 
-MAX_COMPARED = 1_000_000
-"""Most pairs that are compared one by one; a tree, whose import takes a fifth of a second, finds more."""
-
 
 def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> dict[int, list[int]]:
     """For each face of a solid, by its number, the earlier faces of its surface, in its plane and facing like
@@ -46,7 +43,8 @@ def _within_one(points: np.ndarray) -> np.ndarray:
         if best is None or count.sum() < best[1].sum():
             best = order, count
     order, count = best
-    if count.sum() > MAX_COMPARED:
+    # More pairs come from a tree, whose import takes a fifth of a second.
+    if count.sum() > 1_000_000:
         from scipy.spatial import KDTree
 
         return KDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray")

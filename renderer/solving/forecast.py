@@ -28,10 +28,6 @@ PARALLEL_SHARE = 0.7
 """Share of the work that runs on every core."""
 START_SECONDS = 1.1
 """Time that the command takes to start, and to print its results [s]."""
-PLAN_SECONDS, PICTURES_SECONDS = 0.45, 0.6
-"""Time to draw the plan of a grid, and to import what draws them [s]."""
-PROGRAM_BYTES, PICTURES_BYTES = 110e6, 70e6
-"""Memory of the program and its packages, and of those that draw grids."""
 
 
 @dataclass(frozen=True)
@@ -147,12 +143,13 @@ def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
 
 def _around(scene: Scene) -> float:
     """Time that the command takes besides solving and reading [s]."""
-    return START_SECONDS + (PICTURES_SECONDS + PLAN_SECONDS * len(scene.grids) if scene.grids else 0.0)
+    of_plan, of_import = 0.45, 0.6  # [s] to draw the plan of a grid, and to import what draws it
+    return START_SECONDS + (of_import + of_plan * len(scene.grids) if scene.grids else 0.0)
 
 
 def _program(scene: Scene) -> float:
-    """Memory of the command besides solving and reading [bytes]."""
-    return PROGRAM_BYTES + (PICTURES_BYTES if scene.grids else 0.0)
+    """Memory of the command besides solving and reading [bytes]: the program, and what draws grids."""
+    return 110e6 + (70e6 if scene.grids else 0.0)
 
 
 def _stage(size: Size, plan: Plan, pilot: Pilot, figures: list[Figure], one: tuple[float, float]) -> Stage:
