@@ -126,6 +126,20 @@ def test_a_sheet_on_a_wall_counts_once_and_covers_it(scene):
     assert twice["wall_x0"] == pytest.approx(11, rel=1e-9)
 
 
+@pytest.mark.parametrize("corners", [
+    [(1, 2, 1), (3, 2, 1), (3, 2, 2), (1, 2, 2)],
+    [(1, 1, 1), (3, 1.4, 1), (2.8, 2.36, 2.2), (1.2, 2.04, 2.2)],
+])
+def test_a_sheet_in_the_place_of_another_changes_no_reading(scene, corners):
+    # One mesh for both, as of two objects from one file; and one of its own, wound the other way.
+    sheet = quad(*corners)
+    alone = scene(sheets=[sheet])
+    for second in (sheet, quad(*corners[::-1])):
+        both = scene(sheets=[sheet, second])
+        assert len(build_mesh(both, 0.4).patches) == len(build_mesh(alone, 0.4).patches)
+        agree(read(both), read(alone))
+
+
 def test_sheets_that_cross_a_solid_end_at_it(scene):
     through = quad((0.5, 1.5, 0.5), (3, 1.5, 0.5), (3, 1.5, 0.8), (0.5, 1.5, 0.8))
     areas = exposed_areas(scene(box((1, 1, 0), (1, 1, 1)), sheets=[through]))

@@ -46,7 +46,6 @@ class Arrangement:
         self.triangles = np.concatenate([shell.triangles for shell in shells])
         self.of_shell = np.repeat(np.arange(len(shells)), [len(shell.triangles) for shell in shells])
         self.boxes = np.array([[f.corners.min(axis=0), f.corners.max(axis=0)] for f in faces])
-        self.number = {id(face.face): k for k, face in enumerate(faces)}
         self.neighbours = overlapping(self.boxes, self.off)
         self.crossing = self._crossing()
         self.earlier = earlier_in_place(faces, self.boxes, self.off)
@@ -188,7 +187,7 @@ class Arrangement:
 
         open_ = [cell for cell, side in zip(cells, sides, strict=True) if side[0]]
         hidden = shapely.union_all([cell for cell, side in zip(cells, sides, strict=True) if not side[0]])
-        covers = [other.shape for other in self._coplanar(k, face, -1)]
+        covers = [other.shape for other in self._coplanar(k, face, -1).values()]
         if covers:
             hidden = hidden.difference(shapely.union_all(covers).buffer(4 * self.off, join_style="mitre"))
         if not open_:
@@ -221,7 +220,8 @@ class Arrangement:
         for level in (self.off, -self.off) if face.shell < 0 else (self.off,):
             found += list(shapely.linestrings(self._section(face, corners, level)))
         if face.shell < 0:
-            found += [other.shape.boundary for side in (1, -1) for other in self._coplanar(k, face, side)]
+            found += [other.shape.boundary for side in (1, -1)
+                      for other in self._coplanar(k, face, side).values()]
         return found
 
     def _twins(self, k: int, face: FaceInAxes) -> list:
@@ -241,18 +241,19 @@ class Arrangement:
 
         return bool(shapes) and any(shape.contains(shapely.Point(face.flat(point)[0])) for shape in shapes)
 
-    def _coplanar(self, k: int, face: FaceInAxes, facing: int) -> list[FaceInAxes]:
-        """Faces of other surfaces or shells in the plane of a face, in its axes, whose extents overlap.
+    def _coplanar(self, k: int, face: FaceInAxes, facing: int) -> dict[int, FaceInAxes]:
+        """Faces of other surfaces or shells in the plane of a face, in its axes, whose extents overlap, by
+        their numbers.
 
         facing : 1 for faces that look the same way, −1 for those that look the opposite way
         """
-        near, found = self.neighbours[k], []
-        for other in (self.faces[j] for j in near if j != k):
+        found = {}
+        for j, other in ((int(j), self.faces[j]) for j in self.neighbours[k] if j != k):
             if (other.normal @ face.normal * facing > 1 - PARALLEL_TOLERANCE
                     and np.abs((other.corners - face.origin) @ face.normal).max() < 2 * self.off
                     and (face.shell < 0 or other.surface != face.surface)):
                 rings = tuple(face.flat(other.solid(ring)) for ring in other.rings)
-                found.append(replace(other, origin=face.origin, axes=face.axes, rings=rings))
+                found[j] = replace(other, origin=face.origin, axes=face.axes, rings=rings)
         return found
 
     def _cells(self, face: FaceInAxes, lines: list) -> list:
@@ -270,8 +271,8 @@ class Arrangement:
         import shapely
 
         place = shapely.Point(face.flat(point)[0])
-        return any(other.shell < 0 and self.number[id(other.face)] < k and other.shape.contains(place)
-                   for side in (1, -1) for other in self._coplanar(k, face, side))
+        return any(other.shell < 0 and j < k and other.shape.contains(place)
+                   for side in (1, -1) for j, other in self._coplanar(k, face, side).items())
 
     def _sides(self, face: FaceInAxes, point: np.ndarray) -> tuple[bool, bool]:
         """Whether the front and the back of a face are exposed at a place (1, 3)."""

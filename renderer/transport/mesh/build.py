@@ -44,16 +44,17 @@ def build_mesh(scene: Scene, patch_size: float, finer_near: bool = True) -> Mesh
     mountings, free = placement.mountings, placement.free
     builder = _Builder(patch_size, CONTACT_TOLERANCE * scene.room.scale, scene.surfaces, placement.luminaires,
                        CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area) if finer_near else np.inf)
-    rectangles = [(index, face, sides) for index, of in every
-                  for face, sides in zip(of.parts.rectangles, of.sides[0], strict=True)]
-    polygons = [(index, face, sides) for index, of in every
-                for face, sides in zip(of.parts.polygons, of.sides[1], strict=True)]
+    # A sheet in the place of an earlier one is not there: it neither covers nor borders anything.
+    two_sided = {index for index, surface in enumerate(scene.surfaces) if surface.two_sided}
+    rectangles, polygons = (
+        [(index, face, sides) for index, of in every
+         for face, sides in zip((of.parts.rectangles, of.parts.polygons)[kind], of.sides[kind], strict=True)
+         if index not in two_sided or any(sides)] for kind in (0, 1))
     own = [r.corners for index, r, _ in rectangles if builder.of_room[index]]
     own += [m.outline for m in mountings if not m.cut_out]
     bodies = [r.corners for index, r, _ in rectangles if not builder.of_room[index]]
     outlines = Outlines(np.array(own + bodies).reshape(-1, 4, 3), len(own))
     flat = [(index, face) for index, face, _ in (*rectangles, *polygons)]
-    two_sided = {index for index, surface in enumerate(scene.surfaces) if surface.two_sided}
     faces = Faces(flat + [(index, turned(face)) for index, face in flat if index in two_sided])
     for index, rectangle, sides in rectangles:
         builder.add_rectangle(index, rectangle, outlines, faces, mountings, sides)
