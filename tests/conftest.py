@@ -16,6 +16,7 @@ from study_files import ROOM
 
 import renderer
 from renderer.cli.show import DEFAULT_ROOMS
+from renderer.scene.photometric.files import read_photometry
 from renderer.scene.reading import load
 from renderer.scene.scene import Scene
 from renderer.solving.transport_store import TransportStore
@@ -290,3 +291,14 @@ def page(browser, report):
     assert [entry for entry in browser.get_log("browser") if entry["level"] != "INFO"] == []
     asked = browser.execute_script("return performance.getEntriesByType('resource').map(entry => entry.name)")
     assert [name for name in asked if not name.startswith(("blob:", "data:"))] == []
+
+
+@pytest.fixture
+def read_lamp(tmp_path):
+    """The photometry of a file with this content."""
+    def reader(text, suffix=".ies"):
+        path = tmp_path / f"lamp{suffix}"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode("latin-1"))
+        return read_photometry(path, "FILE")
+
+    return reader

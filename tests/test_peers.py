@@ -129,7 +129,7 @@ def lit(scene, meter):
     away = np.array(meter.position) - points
     clear = np.full(len(points), (away[0] @ lamp.normal > 0))
     shell = trimesh.Trimesh(**trimesh.triangles.to_kwargs(scene.room.shell))
-    for solid in [shell, *(s.mesh for s in scene.bodies)]:
+    for solid in [shell, *(trimesh.Trimesh(s.mesh.vertices, s.mesh.faces) for s in scene.bodies)]:
         hits, rays, _ = solid.ray.intersects_location(points, away)
         before = np.linalg.norm(hits - points[rays], axis=1) < 0.999 * np.linalg.norm(away[rays], axis=1)
         clear[rays[before]] = False

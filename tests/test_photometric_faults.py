@@ -22,9 +22,9 @@ from renderer.scene.photometric.shapes import Shape
         (np.arange(15, 361, 15.0), np.arange(15, 361, 15.0)),
     ],
 )
-def test_planes_that_lm63_does_not_know_are_completed_and_said(read, planes, same):
+def test_planes_that_lm63_does_not_know_are_completed_and_said(read_lamp, planes, same):
     law = 50 + 30 * np.cos(2 * np.radians(same))[:, None] * np.sin(np.radians(np.arange(0, 181, 5.0)))
-    found = read(ies(law, horizontal=planes))
+    found = read_lamp(ies(law, horizontal=planes))
     assert any("LM-63 does not know" in fault for fault in found.faults)
     c = np.arange(0, 360, 15.0)
     assert found.distribution.at(c, np.full(24, 90.0)) == pytest.approx(50 + 30 * np.cos(2 * np.radians(c)))
@@ -41,44 +41,44 @@ def test_planes_that_lm63_does_not_know_are_completed_and_said(read, planes, sam
         ({"keywords": ("[_UNIT] umol/s",)}, "radiometric"),
     ],
 )
-def test_units_that_cannot_be_are_said(read, change, said):
-    assert any(said in fault for fault in read(ies(FLAT, **change)).faults)
+def test_units_that_cannot_be_are_said(read_lamp, change, said):
+    assert any(said in fault for fault in read_lamp(ies(FLAT, **change)).faults)
 
 
-def test_an_opening_in_millimetres_is_taken_in_millimetres(read):
-    assert read(ies(FLAT, size=(300, 1200, 0))).shape == Shape(1.2, 0.3, 0)
+def test_an_opening_in_millimetres_is_taken_in_millimetres(read_lamp):
+    assert read_lamp(ies(FLAT, size=(300, 1200, 0))).shape == Shape(1.2, 0.3, 0)
 
 
-def test_noise_below_zero_is_cut_off_and_more_is_refused(read):
-    assert read(ies(FLAT - 100.5 * (np.arange(37) > 30))).distribution.candela.min() == 0
+def test_noise_below_zero_is_cut_off_and_more_is_refused(read_lamp):
+    assert read_lamp(ies(FLAT - 100.5 * (np.arange(37) > 30))).distribution.candela.min() == 0
     with pytest.raises(InputError, match="negative intensity"):
-        read(ies(FLAT - 102 * (np.arange(37) > 30)))
+        read_lamp(ies(FLAT - 102 * (np.arange(37) > 30)))
 
 
-def test_zeros_after_the_last_number_of_a_eulumdat_file(read):
-    assert "2 zeros" in read(ldt(FLAT, [0.0], 1, output=125.6) + "0\r\n0.00\r\n", ".ldt").faults[0]
+def test_zeros_after_the_last_number_of_a_eulumdat_file(read_lamp):
+    assert "2 zeros" in read_lamp(ldt(FLAT, [0.0], 1, output=125.6) + "0\r\n0.00\r\n", ".ldt").faults[0]
 
 
 @pytest.mark.parametrize("line", ["0,5 0,5 0,1", "0.5 0.5 0.1"])
-def test_decimal_commas_in_some_lines_only(read, line):
+def test_decimal_commas_in_some_lines_only(read_lamp, line):
     text = ies(FLAT, size=(0.5, 0.5, 0.1)).replace("0.5 0.5 0.1", line)
     if "," in line:
         with pytest.raises(InputError, match="decimals with a comma: line 5"):
-            read(text)
+            read_lamp(text)
     else:
-        assert read(text).shape.name == "box"
+        assert read_lamp(text).shape.name == "box"
 
 
-def test_commas_that_part_numbers_are_read(read):
+def test_commas_that_part_numbers_are_read(read_lamp):
     text = ies(np.full((2, 3), 100.0), (0, 90, 180), (0, 90), size=(0.5, 0.5, 0.1))
     *head, a, b, c, d, e, f = text.split("\r\n")[:-1]
     commas = [line.replace(" ", ",") for line in (a, b, c, d, e, f)]
-    assert read("\r\n".join([*head, *commas])).distribution.flux == pytest.approx(EVEN)
+    assert read_lamp("\r\n".join([*head, *commas])).distribution.flux == pytest.approx(EVEN)
 
 
-def test_more_lines_belong_to_the_keyword_before_them(read):
+def test_more_lines_belong_to_the_keyword_before_them(read_lamp):
     words = ("[LUMINAIRE] A", "[MORE] B", "[MORE]C", "[LAMP] D", "[MORE] E")
-    assert read(ies(FLAT, keywords=words)).title == "A B C"
+    assert read_lamp(ies(FLAT, keywords=words)).title == "A B C"
 
 
 @pytest.mark.parametrize(
@@ -95,9 +95,9 @@ def test_more_lines_belong_to_the_keyword_before_them(read):
         ("utf-8-sig", "Größe 定格"),
     ],
 )
-def test_labels_of_other_character_sets(read, encoding, name):
+def test_labels_of_other_character_sets(read_lamp, encoding, name):
     text = ies(FLAT, keywords=(f"[LUMINAIRE] {name}",)).encode(encoding)
-    assert read(text).title == name
+    assert read_lamp(text).title == name
 
 
 def test_a_name_that_the_diagram_cannot_write_gives_way_to_the_files(here, tmp_path, recwarn):

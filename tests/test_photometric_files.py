@@ -16,23 +16,13 @@ WHOLE = np.arange(0, 361, 15.0)
 NEARLY = 1.5
 
 
-@pytest.fixture
-def read(tmp_path):
-    def reader(text, suffix=".ies"):
-        path = tmp_path / f"lamp{suffix}"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode("latin-1"))
-        return read_photometry(path, "FILE")
-
-    return reader
-
-
 @pytest.mark.parametrize(
     "horizontal",
     [WHOLE, WHOLE[:-1], WHOLE[:13], WHOLE[:7], WHOLE[6:19]],
     ids=["360", "345", "180", "90", "90 to 270"],
 )
-def test_planes_of_type_c_are_mirrored_to_the_same_distribution(read, horizontal):
-    table = read(ies(sampled(horizontal), horizontal=horizontal)).distribution
+def test_planes_of_type_c_are_mirrored_to_the_same_distribution(read_lamp, horizontal):
+    table = read_lamp(ies(sampled(horizontal), horizontal=horizontal)).distribution
     d, c, gamma = directions()
     assert table.intensity(d) == pytest.approx(smooth(c, gamma), abs=NEARLY)
     assert table.flux == pytest.approx(SMOOTH_FLUX, rel=2e-3)
@@ -42,8 +32,8 @@ def test_planes_of_type_c_are_mirrored_to_the_same_distribution(read, horizontal
     ("symmetry", "stored"),
     [(0, WHOLE[:-1]), (2, WHOLE[:13]), (4, WHOLE[:7]), (3, np.r_[WHOLE[18:-1], WHOLE[:7]])],
 )
-def test_eulumdat_symmetries_are_the_same_distribution(read, symmetry, stored):
-    found = read(ldt(sampled(stored), WHOLE[:-1], symmetry, lumens=500, output=SMOOTH_FLUX / 10), ".ldt")
+def test_eulumdat_symmetries_are_the_same_distribution(read_lamp, symmetry, stored):
+    found = read_lamp(ldt(sampled(stored), WHOLE[:-1], symmetry, lumens=500, output=SMOOTH_FLUX / 10), ".ldt")
     d, c, gamma = directions()
     assert found.distribution.intensity(d) == pytest.approx(smooth(c, gamma) / 2, abs=NEARLY / 2)
     assert found.distribution.flux == pytest.approx(found.stated_lumens, rel=5e-3)
@@ -54,18 +44,19 @@ def one_sided(c, gamma):
     return 100 * (1.2 + np.cos(gamma) + 0.5 * np.sin(gamma) * np.cos(c))
 
 
-def test_isym_2_and_3_are_mirrored_at_different_planes(read):
-    two = read(ldt(sampled(WHOLE[:13], law=one_sided), WHOLE[:-1], 2), ".ldt").distribution
+def test_isym_2_and_3_are_mirrored_at_different_planes(read_lamp):
+    two = read_lamp(ldt(sampled(WHOLE[:13], law=one_sided), WHOLE[:-1], 2), ".ldt").distribution
     order = np.r_[WHOLE[18:-1], WHOLE[:7]]
-    three = read(ldt(sampled(order - 90, law=one_sided), WHOLE[:-1], 3), ".ldt").distribution
+    three = read_lamp(ldt(sampled(order - 90, law=one_sided), WHOLE[:-1], 3), ".ldt").distribution
     d, c, gamma = directions()
     assert two.intensity(d) == pytest.approx(one_sided(c, gamma), abs=NEARLY)
     assert three.intensity(d) == pytest.approx(one_sided(c - np.pi / 2, gamma), abs=NEARLY)
 
 
-def test_one_plane_turns_about_the_nadir(read):
+def test_one_plane_turns_about_the_nadir(read_lamp):
     cosine = np.clip(np.cos(np.radians(GAMMA)), 0, None)
-    found = [read(ies(cosine)).distribution, read(ldt(cosine, [0.0], 1, lumens=1000), ".ldt").distribution]
+    found = [read_lamp(ies(cosine)).distribution,
+             read_lamp(ldt(cosine, [0.0], 1, lumens=1000), ".ldt").distribution]
     # Chords of a cosine enclose h²/12 less, 0.06 % at 5°.
     assert [table.flux for table in found] == pytest.approx([np.pi, np.pi], rel=1e-3)
     d, _, gamma = directions()
@@ -74,7 +65,7 @@ def test_one_plane_turns_about_the_nadir(read):
 
 
 @pytest.mark.parametrize("half", [False, True])
-def test_type_b_is_the_same_as_type_c(read, half):
+def test_type_b_is_the_same_as_type_c(read_lamp, half):
     angle = np.arange(-90, 91, 5.0)
     horizontal = angle[18:] if half else angle
     h, v = np.radians(horizontal)[:, None], np.radians(angle)[None]
@@ -84,45 +75,45 @@ def test_type_b_is_the_same_as_type_c(read, half):
         return 50 * np.clip(z, 0, None) * (1 + 0.4 * x + (0 if half else 0.3) * y)
 
     candela = law(np.cos(h) * np.sin(v), -np.sin(h), np.cos(h) * np.cos(v))
-    table = read(ies(candela, vertical=angle, horizontal=horizontal, kind=2)).distribution
+    table = read_lamp(ies(candela, vertical=angle, horizontal=horizontal, kind=2)).distribution
     d, _, _ = directions()
     assert table.intensity(d) == pytest.approx(law(*d.T), abs=0.2)
     assert table.flux == pytest.approx(50 * np.pi, rel=3e-3)  # what leans sideways cancels
 
 
-def test_units_round_openings_and_factors(read):
-    feet = read(ies(np.ones(37), size=(2, 4, 0.5), units=1, factors=(0.9, 1, 10), multiplier=2))
+def test_units_round_openings_and_factors(read_lamp):
+    feet = read_lamp(ies(np.ones(37), size=(2, 4, 0.5), units=1, factors=(0.9, 1, 10), multiplier=2))
     assert (feet.shape.width, feet.shape.length, feet.shape.height) == pytest.approx((0.6096, 1.2192, 0.1524))
     assert feet.distribution.flux == pytest.approx(4 * np.pi * 1.8, rel=1e-3)
-    disc = read(ies(np.ones(37), size=(-0.2, 0, 0))).shape
+    disc = read_lamp(ies(np.ones(37), size=(-0.2, 0, 0))).shape
     assert (disc.length, disc.width, disc.name) == (0.2, 0.2, "disc")
     # Before 1995 the second factor was the lamp's; later it may say how the file was made.
     old, new = (
-        read(ies(np.ones(37), factors=(1, 0.5, 10), edition=edition)).distribution.flux
+        read_lamp(ies(np.ones(37), factors=(1, 0.5, 10), edition=edition)).distribution.flux
         for edition in ("", "IES:LM-63-2019")
     )
     assert old == pytest.approx(new / 2)
-    european = read(ldt(np.ones(37), [0.0], 1, size=(1.2, 0.3)), ".ldt").shape
+    european = read_lamp(ldt(np.ones(37), [0.0], 1, size=(1.2, 0.3)), ".ldt").shape
     assert (european.width, european.length) == (1.2, 0.3)  # its length lies across C0
 
 
 @pytest.mark.parametrize(("end", "encode"), [("\n", "latin-1"), ("\r", "latin-1"), ("\r\n", "utf-8-sig")])
-def test_line_ends_and_encodings(read, end, encode):
+def test_line_ends_and_encodings(read_lamp, end, encode):
     text = ldt(np.ones(37), [0.0], 1, name="Strahler 36° \x85 ü", end=end)
-    assert read(text.encode(encode), ".ldt").title.startswith("Strahler 36°")
+    assert read_lamp(text.encode(encode), ".ldt").title.startswith("Strahler 36°")
     tabbed = ies(np.ones(37), end=end).replace(" ", "\t").replace("\t0\t", " , 0,")
-    assert read(tabbed.encode(encode)).distribution.flux == pytest.approx(4 * np.pi, rel=1e-3)
+    assert read_lamp(tabbed.encode(encode)).distribution.flux == pytest.approx(4 * np.pi, rel=1e-3)
 
 
-def test_a_file_that_contradicts_itself_says_so_and_its_candela_are_taken(read):
-    much = read(ies(np.full(37, 100.0), lumens=1000))
+def test_a_file_that_contradicts_itself_says_so_and_its_candela_are_taken(read_lamp):
+    much = read_lamp(ies(np.full(37, 100.0), lumens=1000))
     assert much.distribution.flux == pytest.approx(400 * np.pi, rel=1e-3)
     assert any("more than the 1000 lm" in fault for fault in much.faults)
-    other = read(ldt(np.full(37, 50.0), [0.0], 1, output=70, downward=90), ".ldt")
+    other = read_lamp(ldt(np.full(37, 50.0), [0.0], 1, output=70, downward=90), ".ldt")
     assert any("states 700 lm" in fault for fault in other.faults)
     assert any("downward flux fraction of 90" in fault for fault in other.faults)
-    assert not read(ies(np.ones(37), lumens=-1)).faults
-    assert read(ies(np.ones(37), tilt="TILT=INCLUDE\r\n1\r\n2\r\n0 90\r\n1 0.9")).faults
+    assert not read_lamp(ies(np.ones(37), lumens=-1)).faults
+    assert read_lamp(ies(np.ones(37), tilt="TILT=INCLUDE\r\n1\r\n2\r\n0 90\r\n1 0.9")).faults
 
 
 GOOD = ies(np.ones((2, 37)), horizontal=(0, 90), lumens=13)
@@ -156,9 +147,9 @@ OTHER = ldt(np.full(37, 79.6), [0.0], 1)
         (ldt(np.ones(37), [0.0], 7), ".ldt", "Isym"),
     ],
 )
-def test_every_fault_is_one_sentence(read, text, suffix, said):
+def test_every_fault_is_one_sentence(read_lamp, text, suffix, said):
     with pytest.raises(InputError, match=said) as refused:
-        read(text, suffix)
+        read_lamp(text, suffix)
     assert str(refused.value).startswith("FILE")
     assert "\n" not in str(refused.value)
 

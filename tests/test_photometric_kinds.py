@@ -88,23 +88,23 @@ def test_values_of_cases():
         ("  IES LM-63-2019", 1),
     ],
 )
-def test_the_ballast_lamp_factor_counts_in_the_editions_that_have_one(read, first_line, factor):
+def test_the_ballast_lamp_factor_counts_in_the_editions_that_have_one(read_lamp, first_line, factor):
     for text in (
         ies(FLAT, factors=(1, 0.5, 10), edition=first_line),
         "\r\n\r\n" + ies(FLAT, factors=(1, 0.5, 10), edition=first_line),
     ):
-        assert read(text).distribution.flux == pytest.approx(EVEN * factor, rel=1e-3)
+        assert read_lamp(text).distribution.flux == pytest.approx(EVEN * factor, rel=1e-3)
 
 
-def test_a_generation_type_without_an_edition_is_no_factor(read):
-    found = read(ies(FLAT, factors=(1, "1.11001", 10), edition=""))
+def test_a_generation_type_without_an_edition_is_no_factor(read_lamp):
+    found = read_lamp(ies(FLAT, factors=(1, "1.11001", 10), edition=""))
     assert found.distribution.flux == pytest.approx(EVEN, rel=1e-3)
     assert "file generation type" in found.faults[0]
 
 
 @pytest.mark.parametrize("label", ["Tiltable to 30 degrees", "TILT 20", "tilting head", "Tilt = adjustable"])
-def test_labels_that_begin_with_tilt(read, label):
-    assert read(ies(FLAT, edition="", keywords=("Maker", label))).distribution.largest == 100
+def test_labels_that_begin_with_tilt(read_lamp, label):
+    assert read_lamp(ies(FLAT, edition="", keywords=("Maker", label))).distribution.largest == 100
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_projected_areas_are_those_of_the_convex_hull_seen_from_afar(size, kind,
     assert shape.projected_area(away) == pytest.approx(area, rel=4e-3 if kind == "ellipsoid" else 1e-4)
 
 
-def test_type_a_is_the_same_as_type_c(read):
+def test_type_a_is_the_same_as_type_c(read_lamp):
     angle = np.arange(-90, 91, 5.0)
     h, v = np.radians(angle)[:, None], np.radians(angle)[None]
 
@@ -182,7 +182,8 @@ def test_type_a_is_the_same_as_type_c(read):
     def law(x, y, z):
         return 50 * np.clip(z, 0, None) * (1 + 0.4 * x + 0.3 * y)
 
-    found = read(ies(law(np.sin(v), -np.cos(v) * np.sin(h), np.cos(v) * np.cos(h)), angle, angle, kind=3))
+    candela = law(np.sin(v), -np.cos(v) * np.sin(h), np.cos(v) * np.cos(h))
+    found = read_lamp(ies(candela, angle, angle, kind=3))
     d = np.random.default_rng(0).normal(size=(400, 3))
     d /= np.linalg.norm(d, axis=1)[:, None]
     assert found.distribution.intensity(d) == pytest.approx(law(*d.T), abs=0.2)
@@ -193,23 +194,23 @@ def test_type_a_is_the_same_as_type_c(read):
     ("kind", "h", "v", "c", "gamma"),
     [(3, 20, 0, 270, 20), (3, 0, 20, 0, 20), (2, 20, 0, 270, 20), (2, 0, 20, 0, 20), (1, 30, 40, 30, 40)],
 )
-def test_the_direction_of_the_largest_intensity(read, tmp_path, kind, h, v, c, gamma):
+def test_the_direction_of_the_largest_intensity(read_lamp, tmp_path, kind, h, v, c, gamma):
     angles = np.arange(0, 91, 10.0) if kind == 1 else np.arange(-90, 91, 10.0)
     horizontal = np.arange(0, 360, 30.0) if kind == 1 else angles
     candela = np.full((len(horizontal), len(angles)), 10.0)
     candela[np.flatnonzero(horizontal == h)[0], np.flatnonzero(angles == v)[0]] = 100
-    record = photometry_record(read(ies(candela, angles, horizontal, kind=kind)), tmp_path / "lamp.ies")
+    record = photometry_record(read_lamp(ies(candela, angles, horizontal, kind=kind)), tmp_path / "lamp.ies")
     assert record["max_intensity_at_deg"] == pytest.approx({"C": c, "gamma": gamma})
     assert ["largest intensity", f"100.0 cd at C {c}°, γ {gamma}°"] in photometry_rows(record)
 
 
-def test_the_largest_intensity_of_a_round_one_has_no_plane(read, tmp_path):
-    record = photometry_record(read(ies(np.r_[np.arange(19.0), np.zeros(18)])), tmp_path / "lamp.ies")
+def test_the_largest_intensity_of_a_round_one_has_no_plane(read_lamp, tmp_path):
+    record = photometry_record(read_lamp(ies(np.r_[np.arange(19.0), np.zeros(18)])), tmp_path / "lamp.ies")
     assert record["max_intensity_at_deg"] == {"C": None, "gamma": 90.0}
 
 
-def test_tilt_is_applied_for_the_direction_that_the_nadir_points(read, room_file, tmp_path):
-    found = read(ies(FLAT, tilt="TILT=INCLUDE\r\n3\r\n3\r\n0 45 90\r\n1 0.8 0.7"))
+def test_tilt_is_applied_for_the_direction_that_the_nadir_points(read_lamp, room_file, tmp_path):
+    found = read_lamp(ies(FLAT, tilt="TILT=INCLUDE\r\n3\r\n3\r\n0 45 90\r\n1 0.8 0.7"))
     assert found.tilt.factor(np.array([0, 0, -1.0])) == 1
     assert found.tilt.factor(np.array([0, 0.5**0.5, -(0.5**0.5)])) == pytest.approx(0.8)
     assert found.tilt.factor(np.array([1.0, 0, 0])) == pytest.approx(0.7)
@@ -221,10 +222,10 @@ def test_tilt_is_applied_for_the_direction_that_the_nadir_points(read, room_file
         assert any("tilted by" in fault for fault in scene.faults) == (factor != 1)
 
 
-def test_a_small_cylinder_sends_its_light_as_fast_and_as_far_as_a_disc(room_file, read):
+def test_a_small_cylinder_sends_its_light_as_fast_and_as_far_as_a_disc(room_file, read_lamp):
     downlight = ies(np.full(37, 100.0), size=(-0.034, -0.034, 0.1))
     for text in (downlight, downlight.replace("0.1\r\n", "0\r\n", 1)):
-        lamp = read(text)
+        lamp = read_lamp(text)
         table = {"name": "a", "shape": "ies", "file": "lamp.ies", "center": [2, 2, 2.6]}
         (luminaire,) = room_file(luminaires=[table]).luminaires
         assert len(luminaire.opening) == 2
@@ -236,8 +237,8 @@ def test_a_small_cylinder_sends_its_light_as_fast_and_as_far_as_a_disc(room_file
 
 
 @pytest.mark.parametrize("distance", [0.2, 0.5, 2])
-def test_a_sphere_sends_as_a_point_at_any_distance(room_file, read, distance):
-    read(ies(np.full(37, 100.0), size=(-0.3, -0.3, -0.3)))
+def test_a_sphere_sends_as_a_point_at_any_distance(room_file, read_lamp, distance):
+    read_lamp(ies(np.full(37, 100.0), size=(-0.3, -0.3, -0.3)))
     table = {"name": "a", "shape": "ies", "file": "lamp.ies", "center": [2, 2, 1.5]}
     (luminaire,) = room_file(luminaires=[table]).luminaires
     d = np.array([[0.0, 0, -1], [0.6, 0, -0.8], [1, 0, 0], [0, 0, 1]])
