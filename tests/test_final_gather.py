@@ -14,7 +14,7 @@ from renderer.solving import gathered
 from renderer.solving.refine import solve_and_read, solve_until
 from renderer.solving.watch import Watch
 from renderer.transport.direct.direct import direct_on_patches
-from renderer.transport.direct.lamp_samples import sampled_direct
+from renderer.transport.direct.lamp_samples import draw_table, lamp_faces, sampled_direct
 from renderer.transport.radiosity.agglomerate import agglomerated
 from renderer.transport.rays.sampling import REPLICAS, Nets, _directions
 
@@ -45,6 +45,17 @@ def test_light_drawn_on_patches_is_that_of_the_closed_form(room):
     assert np.mean(np.abs(apart[lit]) > 2.4 * error[lit] + 1e-3 * exact.max()) < 0.08
     assert exchange.areas @ drawn.mean(axis=0) == pytest.approx(1.0, abs=1e-12)
     assert np.abs(lost).max() < 0.01
+
+
+def test_a_patch_whose_light_is_drawn_below_zero_draws_by_chances_from_0_to_1(room):
+    lamp = {"shape": "rectangle", "normal": [0, 0, -1], "size": [0.5, 0.5], "flux": 1000}
+    lamps = [{**lamp, "center": [x, 2.0, 2.9]} for x in (1.0, 2.0, 3.0)]
+    faces = lamp_faces(renderer.solve(room(luminaires=lamps), "rgb", 0.5).transport.luminaires)
+    table = draw_table(faces, np.array([[5.0, -1.0, 1.0], [-1.0, 0.0, 0.0]]))
+    chances = np.diff(table, axis=1, prepend=0.0)
+    # Nine tenths by the light, 5 : 0 : 1 and none, and one tenth by the equal lumens.
+    assert chances[0] == pytest.approx([0.75 + 1 / 30, 1 / 30, 0.15 + 1 / 30], rel=1e-12)
+    assert chances[1] == pytest.approx([1 / 3] * 3, rel=1e-12)
 
 
 @pytest.mark.parametrize("steps", [1, 2, 3])

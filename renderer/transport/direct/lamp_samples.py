@@ -134,10 +134,11 @@ def _faces_of(lum: Luminaire) -> list[tuple]:
 def draw_table(faces: LampFaces, lit: np.ndarray) -> np.ndarray:
     """Cumulated chances (n_patches, n_faces) of drawing each face from a point of each patch.
 
-    lit : (n_patches, n_luminaires) approximate light of each luminaire on a patch, in any unit
+    lit : (n_patches, n_luminaires) approximate light of each luminaire on a patch, in any unit; below 0 where
+        a mean of few draws is, behind what hides most of a near face
     """
     lumens = np.array([lum.lumens for lum in faces.luminaires])
-    weight = lit * lumens
+    weight = np.maximum(lit, 0) * lumens
     total = weight.sum(axis=1, keepdims=True)
     chance = weight / np.where(total > 0, total, 1.0)
     alike = lumens / max(lumens.sum(), 1e-300)
