@@ -3,7 +3,7 @@
     import renderer
     scene = renderer.load("red_room")                   # a packaged room, a scene file, or a dict of its keys
     solution = renderer.solve(scene, "31")              # a notebook shows it: picture and readings
-    solution.photometers()                              # the scene's own, with error bars
+    solution.photometers()                              # readings of the scene's photometers, with error bars
     solution.photometer([2.7, 2.7, 0], [0, 0, 1]).total_lx
     renderer.solve(scene.with_values({"materials.red.munsell": "5R 4/14"}), "31")
     solution.to_xarray().illuminance.groupby("surface").max()
@@ -23,8 +23,8 @@ if _TYPE_CHECKING:
 
 __version__ = "0.2.0"
 
-# OpenBLAS's threads wait for the next product for some 2^26 cycles, on the cores that rays and factors are
-# worked out on meanwhile; it reads this where numpy is imported after renderer.
+# By default OpenBLAS's threads wait 2^26 cycles for the next product and so occupy the cores that trace rays.
+# The variable counts where numpy is imported after renderer.
 _os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "18")
 
 __all__ = ["Figure", "Glare", "GridReading", "InputError", "Reading", "Scene", "Solution", "SolveError",
@@ -32,12 +32,12 @@ __all__ = ["Figure", "Glare", "GridReading", "InputError", "Reading", "Scene", "
 
 
 def __getattr__(name: str) -> object:
-    """What is public, imported when first used: numpy and scipy take a while."""
+    """A public name, imported when first used, because importing numpy and scipy takes long."""
     if name not in __all__:
         raise AttributeError(f"module 'renderer' has no attribute {name!r}")
     from importlib import import_module
 
-    # Modules of what is not in renderer.python_interface.
+    # Public names that are not in renderer.python_interface.
     elsewhere = {"Glare": "renderer.readings.glare", "GridReading": "renderer.readings.grid",
                  "Reading": "renderer.readings.reading", "Figure": "renderer.readings.uncertainty"}
     return getattr(import_module(elsewhere.get(name, "renderer.python_interface")), name)

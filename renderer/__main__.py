@@ -24,11 +24,11 @@ def main() -> None:
 
 
 def _end_with(code: int) -> None:
-    """End the process with that exit code, whatever the interpreter thinks of the interruption.
+    """End the process with that exit code, also where the interpreter would end it by SIGINT.
 
-    Where Ctrl-C or SIGTERM came while an extension ran Python text of its own, the interpreter remembers an
-    unhandled KeyboardInterrupt and would end by SIGINT (CPython, `run_eval_code_obj`). What is registered for
-    the end of the process is done before, so that no semaphore of worker processes is left.
+    It would where Ctrl-C or SIGTERM came while an extension ran Python text of its own (CPython,
+    `run_eval_code_obj`). Functions registered with `atexit` run first, so that no semaphore of worker
+    processes is left.
     """
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):

@@ -1,8 +1,10 @@
-"""The ways a run can refuse, each one sentence long."""
+"""Errors with which a run ends, and the warning with which it goes on. Each message is one sentence and its
+remedy."""
 
 
 class InputError(Exception):
-    """The input is wrong: the message names what, where, the value, what is allowed, the remedy."""
+    """The input is wrong. The message names the file, the key, its value, the values allowed and the
+    remedy."""
 
 
 class SolveError(Exception):
@@ -18,4 +20,4 @@ class DisplayError(Exception):
 
 
 class CacheWarning(UserWarning):
-    """Something kept between runs is of no use; the run goes on without it."""
+    """The cache cannot be read or written; the run computes its contents again."""

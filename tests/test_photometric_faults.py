@@ -25,7 +25,7 @@ from renderer.scene.photometric.shapes import Shape
 def test_planes_that_lm63_does_not_know_are_completed_and_said(read_lamp, planes, same):
     law = 50 + 30 * np.cos(2 * np.radians(same))[:, None] * np.sin(np.radians(np.arange(0, 181, 5.0)))
     found = read_lamp(ies(law, horizontal=planes))
-    assert any("LM-63 does not know" in fault for fault in found.faults)
+    assert any("LM-63 does not define" in fault for fault in found.faults)
     c = np.arange(0, 360, 15.0)
     assert found.distribution.at(c, np.full(24, 90.0)) == pytest.approx(50 + 30 * np.cos(2 * np.radians(c)))
 

@@ -1,7 +1,7 @@
 """Spectra, bands and colour.
 
-colour-science imports its plots, and with them matplotlib.pyplot, which takes as long as all the rest; no
-command here uses them. They are imported on first use.
+colour-science imports its plots and matplotlib.pyplot, which take as long as all its other modules and are
+not used here. This module delays both until first use.
 """
 
 import sys

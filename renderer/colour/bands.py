@@ -57,7 +57,7 @@ class BandSet:
 
     @property
     def knows_spectrum(self) -> bool:
-        """Whether a spectrum, and what follows from it, can be read: intervals of 10 nm or less."""
+        """Whether a spectrum, and quantities derived from it, can be read: intervals of 10 nm or less."""
         # 10 nm, with room for rounding. With 16 bands (20 nm) CCT errs by up to 1 %, R_a by 1 and α-opic
         # light by 3 %; with 9 bands by 7 %, 4 and 10 % (benchmarks/colour_readings.py).
         return self.edges is not None and self.widths.max() <= 10.001

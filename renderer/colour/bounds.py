@@ -42,7 +42,7 @@ def lowest_sum(rgb: np.ndarray, functional: np.ndarray,
     for _ in range(200):
         q = y[left_over] @ even
         missed = goal[left_over] - spectra(q) @ even.T
-        far = np.linalg.norm(missed, axis=1) > 1e-7  # counts twice in the gap between the bounds
+        far = np.linalg.norm(missed, axis=1) > 1e-7  # the error counts twice in the gap between the bounds
         left_over, q, missed = left_over[far], q[far], missed[far]
         if not len(left_over):
             break

@@ -3,8 +3,8 @@
 RGB solves red, green and blue light separately, so the light that a saturated paint reflects builds up in the
 channel that the paint reflects most. The colour excess is the illuminance that this adds to that of a grey
 room of the same luminous reflectance. Where red is the largest channel, measured paints add less than RGB
-says, and the error of RGB is a share of the excess that depends on how red the lamp is. Where green or blue
-is the largest, the error has either sign (docs/answer.md).
+computes, and the error of RGB is a fraction of the excess that grows with the red share of the lamp's light.
+Where green or blue is the largest, the error has either sign (docs/answer.md).
 """
 
 import numpy as np

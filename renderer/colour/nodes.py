@@ -1,5 +1,5 @@
-"""Placed nodes: a few wavelengths, with weights fitted to a scene's own lamps, from which illuminance is
-computed.
+"""Placed nodes: a few wavelengths with weights fitted to a scene's own lamps. They stand in for bands where
+only illuminance is wanted.
 
 `benchmarks/placed_nodes.py` finds both and measures their error on other reflectances.
 """
@@ -32,7 +32,8 @@ def _paints() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def _normal_equations(seen: bytes) -> tuple[np.ndarray, np.ndarray, float]:
-    """AᵀA, Aᵀb and bᵀb of the relative errors over every paint and room, one unknown a wavelength of GRID."""
+    """AᵀA, Aᵀb and bᵀb of the relative errors over all paints and rooms; one unknown for each wavelength of
+    GRID."""
     fine, coarse = _paints()
     light = np.frombuffer(seen)
     rows = coarse / (fine @ (light / light.sum()))[:, None]

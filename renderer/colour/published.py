@@ -1,7 +1,7 @@
 """Published methods from RGB to a spectrum, with colour-science's data, for many colours at once.
 
 colour-science takes one colour at a time (0.25 s each for Jakob's method). Here each method is solved for
-linear BT.709 under D65 with the weights of `bt709_of_samples`, so that an error of the colour is the method's
+linear BT.709 under D65 with the weights of `bt709_of_samples`, so that any error in colour is the method's
 own.
 """
 

@@ -20,8 +20,8 @@ COMMA_AND_SPACE = re.compile(r"\s*,\s+|\s+,\s*")
 
 @dataclass(frozen=True)
 class CellRow:
-    """A line of the file: its number, its cells, whether it is a comment, and the number of its cells with
-    blank ones at the end (0 between white space)."""
+    """A line of the file: its number, its cells, whether it is a comment, and the number of its cells
+    including blank ones at the end (0 where white space separates cells)."""
 
     line: int
     cells: list[str]
@@ -125,7 +125,7 @@ def decimal_sign(rows: list[CellRow]) -> str:
 
 
 def value_in(cell: str, point: str) -> float | None:
-    """The number in a cell: NaN for the name of none, as "n/a" or "inf", and None for other text."""
+    """The number in a cell: NaN for "n/a", "inf" and the like, and None for other text."""
     if NO_NUMBER.fullmatch(cell):
         return np.nan
     text = cell.replace(".", "").replace(",", ".") if point == "," and "," in cell else cell.replace(",", "")
@@ -156,7 +156,7 @@ def needed(row: CellRow, k: int, point: str) -> float:
 
 
 def needed_or_blank(row: CellRow, k: int, point: str) -> float:
-    """The number in cell k of a row, NaN for a blank cell or the name of no number. Raises ValueError for
+    """The number in cell k of a row: NaN for a blank cell, "n/a", "inf" and the like. Raises ValueError for
     other text."""
     cell = row.cells[k] if k < len(row.cells) else ""
     return np.nan if not cell or NO_NUMBER.fullmatch(cell) else needed(row, k, point)

@@ -21,8 +21,11 @@ class SpectralTable:
     numbers: list[int]
 
     def column(self, wanted: str | None) -> tuple[np.ndarray, np.ndarray]:
-        """Wavelengths (m,) [nm] and values (m,) of the spectrum of a name or number, None for the only one,
-        between blank cells at its ends. Raises ValueError with a sentence."""
+        """Wavelengths (m,) [nm] and values (m,) of one spectrum, without blank cells at its ends.
+
+        wanted : name or number of the spectrum; None for the only one
+        Raises ValueError; the message completes a sentence that begins with the file's name.
+        """
         values = self.values[:, self._place(wanted)]
         there = np.flatnonzero(np.isfinite(values))
         if not len(there):

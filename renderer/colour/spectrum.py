@@ -26,7 +26,7 @@ class Spectrum:
 
 
 def spectral_file(name: str, folder: Path = Path()) -> bool:
-    """Whether a name is that of a spectral file: by its ending, or because the file exists."""
+    """Whether a name means a spectral file: it has the suffix of one, or the file exists."""
     suffix = Path(plain := name.partition("#")[0]).suffix
     suffixes = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".spd", ".spdx", ".sp", ".ti3", ".cgats",
                 ".jdx", ".dx", ".ttt", ".trt", ".irr", ".jaz", ".ccss")
@@ -105,8 +105,8 @@ def read_reflectance(path: Path, where: str) -> Spectrum:
 
 
 def _within(spectrum: Spectrum, low: float, high: float) -> Spectrum:
-    """The samples between two wavelengths [nm] and the nearest beyond each: farther off, where nothing is
-    seen, instruments often give noise."""
+    """The samples between two wavelengths [nm] and the nearest sample beyond each. Farther off, outside the
+    visible range, instruments often record noise."""
     first, last = np.searchsorted(spectrum.nm, [low, high], side="right")
     kept = slice(max(first - 1, 0), last + 1)
     return Spectrum(spectrum.nm[kept], spectrum.values[kept])

@@ -20,7 +20,7 @@ def read_tm27(text: str) -> tuple[str, SpectralTable]:
         raise ValueError(f"is no IES TM-27 file: not XML ({error}). Download the file again") from None
     if _name(root) != "iestm2714":
         raise ValueError(f"is no IES TM-27 file: its outer element is {_name(root)[:30]!r}, not IESTM2714. "
-                         "Give one")
+                         "Give a TM-27 file")
     spectra = [element for element in root.iter() if _name(element) == "spectraldistribution"]
     if not spectra:
         raise ValueError("is no IES TM-27 file: it has no SpectralDistribution. Download the file again")

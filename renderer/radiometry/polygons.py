@@ -84,13 +84,16 @@ def _cut(reach: np.ndarray, height: np.ndarray, normal: np.ndarray) -> np.ndarra
 
 
 def exchanged(places: np.ndarray, normals: np.ndarray, others: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """cos θ cos θ′ / r² (…) [m⁻²]: the exchange of two small surfaces over the area of both.
+    """cos θ cos θ′ / r² (…) [m⁻²]: π times the exchange area of two small surfaces over the product of their
+    areas.
 
-    places, others : (…, 3) [m], where they are; normals, theirs : (…, 3) unit; all of shapes that broadcast
+    places, others : (…, 3) [m] positions of the two surfaces
+    normals, theirs : (…, 3) their unit normals
+    All shapes broadcast.
     """
     reach = [others[..., k] - places[..., k] for k in range(3)]
     distance2 = sum(x * x for x in reach)
-    np.maximum(distance2, 1e-150, out=distance2)  # its square is no 0
+    np.maximum(distance2, 1e-150, out=distance2)  # so that its square is not 0
     ahead, back = (sum(x * side[..., k] for k, x in enumerate(reach)) for side in (normals, theirs))
     np.maximum(ahead, 0, out=ahead)
     ahead *= np.maximum(np.negative(back, out=back), 0, out=back)
@@ -111,7 +114,7 @@ def exchange_areas(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         edges, others = np.roll(ours, -1, axis=1) - ours, np.roll(theirs, -1, axis=1) - theirs
         lengths = np.sqrt(_dot(others, others))
         along = others / np.maximum(lengths, 1e-300)
-        shadow = _dot(edges[:, :, None], along[:, None])  # of each of our edges on each of theirs
+        shadow = _dot(edges[:, :, None], along[:, None])  # of each edge of a on each of b
         e, f, pair = np.nonzero(shadow)
         shadow, length, edge = shadow[e, f, pair], lengths[f, pair], edges[:, e, pair]
         along, reach = along[:, f, pair], ours[:, e, pair] - theirs[:, f, pair]

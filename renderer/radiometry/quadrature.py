@@ -1,5 +1,5 @@
-"""Gauss' rule on cells of a unit square, and on patches halved until light varies about linearly over each
-piece."""
+"""Gauss' rule on cells of a unit square, and on pieces of patches so small that light varies nearly linearly
+over each."""
 
 from functools import cache
 

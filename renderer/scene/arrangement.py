@@ -54,7 +54,7 @@ class Arrangement:
         self.levels: dict[tuple[int, int], float] = {}
 
     def solids_at(self, shell: int, points: np.ndarray) -> np.ndarray:
-        """Number of shells (k,) with solid matter at points (k, 3) just off faces that no other touches.
+        """Number of shells (k,) with solid matter at points (k, 3) just off faces that touch no other face.
 
         shell : the shell of the faces; −1 for a sheet
         """
@@ -68,8 +68,8 @@ class Arrangement:
     def exposed(self, whole: list[Parts], new: set[int] = frozenset()) -> list[Exposed]:
         """The exposed parts of each surface.
 
-        whole : flat parts of each surface
-        new : numbers of surfaces with flat parts that are not among the faces
+        whole : all flat parts of each surface, cut by nothing
+        new : numbers of surfaces whose flat parts are not among the arrangement's faces
         """
         kept: list[list] = [[] for _ in whole]
         changed = [False for _ in whole]
@@ -115,8 +115,8 @@ class Arrangement:
                 zip(ends, np.split(triangle, ends[:-1]), strict=True)} if len(face) else {}
 
     def _entire(self) -> dict[int, bool]:
-        """Whether the front is exposed, for each face of a closed shell that nothing cuts, by its number. No
-        section reaches into the bounding rectangle of such a face, made smaller as in `_pieces`."""
+        """Whether the front is exposed, by the number of each face of a closed shell that nothing cuts. No
+        section reaches into the bounding rectangle of such a face, shrunk as in `_pieces`."""
         some = [k for k, face in enumerate(self.faces)
                 if face.shell >= 0 and k not in self.earlier and not self._may_be_cut(k, face)]
         if not some:
@@ -181,8 +181,8 @@ class Arrangement:
         return self._beside_contacts(k, face, cells, sides)
 
     def _beside_contacts(self, k: int, face: FaceInAxes, cells: list, sides: list) -> list[tuple]:
-        """Pieces of a solid's or the room's face that are not inside solids. Areas that another face covers
-        in contact remain, because the mesh removes those."""
+        """Pieces of a solid's or the room's face that are not inside solids. Areas in contact with another
+        face stay; the mesh removes them."""
         import shapely
 
         open_ = [cell for cell, side in zip(cells, sides, strict=True) if side[0]]
@@ -225,7 +225,7 @@ class Arrangement:
         return found
 
     def _twins(self, k: int, face: FaceInAxes) -> list:
-        """Shapes, in the axes of a solid's face, of earlier faces of its surface that lie in its place."""
+        """Earlier faces of the same surface that lie on a solid's face, as shapes in its axes."""
         import shapely
 
         others = [self.faces[j] for j in self.earlier.get(k, ())]
@@ -236,14 +236,14 @@ class Arrangement:
 
     @staticmethod
     def _in_some(shapes: list, face: FaceInAxes, point: np.ndarray) -> bool:
-        """Whether a place (1, 3) of a face is in some of the shapes in its axes."""
+        """Whether a place (1, 3) of a face is in any of the shapes, which are in its axes."""
         import shapely
 
         return bool(shapes) and any(shape.contains(shapely.Point(face.flat(point)[0])) for shape in shapes)
 
     def _coplanar(self, k: int, face: FaceInAxes, facing: int) -> dict[int, FaceInAxes]:
-        """Faces of other surfaces or shells in the plane of a face, in its axes, whose extents overlap, by
-        their numbers.
+        """Faces of other surfaces or shells that lie in the plane of a face and whose extents overlap its
+        own: by their numbers, in its axes.
 
         facing : 1 for faces that look the same way, −1 for those that look the opposite way
         """
@@ -267,7 +267,7 @@ class Arrangement:
         return [cell for cell in cells if cell.area > self.off * cell.length and inside.contains(cell)]
 
     def _already_covered(self, k: int, face: FaceInAxes, point: np.ndarray) -> bool:
-        """Whether a sheet earlier in the list has the same place (1, 3) as this one."""
+        """Whether a sheet earlier in the list covers the place (1, 3) of this one."""
         import shapely
 
         place = shapely.Point(face.flat(point)[0])
@@ -294,7 +294,7 @@ class Arrangement:
         return total
 
     def _level(self, shell: int, of: int) -> float:
-        """Number of times that the shell `of` encloses another shell, which it does not cross."""
+        """Number of times that the shell `of` encloses `shell`, which it does not cross."""
         if (shell, of) not in self.levels:
             triangle = self.shells[shell].triangles[0]
             normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
@@ -307,7 +307,7 @@ class Arrangement:
 def _gathered(pieces: list[tuple], whole: Parts | None, cut: bool) -> Exposed:
     """The exposed parts of a surface from its pieces and their exposed sides.
 
-    whole : the surface's flat parts where none is cut; None else
+    whole : the surface's flat parts where none is cut, else None
     """
     of_kind = [[(face, sides) for face, sides in pieces if isinstance(face, kind)]
                for kind in (Rectangle, Polygon, np.ndarray)]

@@ -19,7 +19,7 @@ class Cavity:
 
     place : (3,) [m], far from all faces
     extent : (3,) [m]
-    volume : [m³]; where openings are closed that of the extent
+    volume : [m³]; that of the extent where openings are closed
     """
 
     place: np.ndarray
@@ -59,7 +59,7 @@ class Cavities:
         return sorted({int(k) for k in self.cell[self.index(points)] if k != FACE})
 
     def beside(self, chosen: list[int], triangles: np.ndarray) -> np.ndarray:
-        """Whether triangles (k, 3, 3) are near some of the cavities (k,)."""
+        """Whether each of triangles (k, 3, 3) is near one of the chosen cavities (k,)."""
         from scipy import ndimage
 
         cells = np.isin(self.cell, chosen)
@@ -70,9 +70,12 @@ class Cavities:
 
     def lead_out(self, points: np.ndarray, normals: np.ndarray, chosen: list[int], triangles: np.ndarray
                  ) -> np.ndarray:
-        """Whether the first air from points (k, 3) along their normals (k, 3), or against them, before any of
-        the triangles (m, 3, 3), is not that of some of the cavities (k,)."""
-        thickest = 0.8  # wall that a gap leads through [m]
+        """Whether points (k, 3) on a face have air of no chosen cavity on one side (k,).
+
+        normals : (k, 3) directions in which, and against which, the nearest air is looked for
+        triangles : (m, 3, 3) faces that end the search
+        """
+        thickest = 0.8  # [m] of a wall through which a gap leads
         steps = np.arange(0.5, max(2, thickest / self.pitch)) * self.pitch
         free = np.array([free_lengths(point, np.array([normal, -normal]), triangles)
                          for point, normal in zip(points, normals, strict=True)]).reshape(-1, 2)
@@ -107,7 +110,7 @@ def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) ->
         grid = ndimage.distance_transform_edt(~np.pad(grid, reach)) <= reach
         low = low - reach * pitch
     label, _ = ndimage.label(~grid)
-    cell = np.where(grid, FACE, label - 2)  # the first is the air around: its first cell is the grid's
+    cell = np.where(grid, FACE, label - 2)  # label 1 is the outer air: the grid begins there
     each = []
     for box in ndimage.find_objects(label)[1:]:
         inner = np.pad(label[box] == len(each) + 2, 1)
@@ -125,7 +128,7 @@ def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) ->
 
 
 def _deepest(inner: np.ndarray) -> np.ndarray:
-    """The cell (3,) of a cavity that is far from all faces, and of those the nearest to its middle."""
+    """The cell (3,) of a cavity farthest from all faces; among equals the nearest to the middle."""
     from scipy import ndimage
 
     depth = ndimage.distance_transform_edt(inner)

@@ -1,4 +1,4 @@
-"""Faces of one surface in one plane that lie on each other, as the flush sides of two solids that overlap."""
+"""Faces of one surface that lie on each other in one plane, such as flush sides of two overlapping solids."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ from renderer.scene.faces_in_axes import FaceInAxes
 
 
 def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> dict[int, list[int]]:
-    """For each face of a solid, by its number, the earlier faces of its surface, in its plane and facing like
-    it, whose boxes overlap.
+    """By the number of each face of a solid: the earlier faces of its surface in its plane, with its normal,
+    whose boxes overlap its own.
 
     boxes : (n, 2, 3) [m] lowest and highest corners of the faces
-    off : [m] distance between planes that are one
+    off : [m] largest distance between planes that count as one
     """
     some = np.array([k for k, face in enumerate(faces) if face.shell >= 0], dtype=int)
     surface = np.array([faces[k].surface for k in some])
@@ -43,7 +43,7 @@ def _within_one(points: np.ndarray) -> np.ndarray:
         if best is None or count.sum() < best[1].sum():
             best = order, count
     order, count = best
-    # More pairs come from a tree, whose import takes a fifth of a second.
+    # A tree finds more pairs than this sooner; importing it takes 0.2 s.
     if count.sum() > 1_000_000:
         from scipy.spatial import KDTree
 

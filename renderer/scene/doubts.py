@@ -29,8 +29,8 @@ def doubts(scene: Scene) -> list[str]:
 
 
 def _reach(scene: Scene, body: Body) -> float:
-    """Largest distance [m] from the room of about 2,000 vertices of a body outside it, or inside its walls
-    where these are solids of their own."""
+    """Largest distance [m] from the room of vertices of a body outside it, or inside its walls where these
+    are solids; at most about 2,000 vertices are tried."""
     vertices = body.mesh.vertices[:: max(1, len(body.mesh.vertices) // 2000)]
     walls = [own.mesh.triangles for own in scene.bodies if own.of_room and own.closed]
     if walls:

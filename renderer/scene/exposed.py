@@ -1,8 +1,9 @@
-"""The parts of surfaces that face air: not inside a solid, not outside the room, and of equal sheets one.
+"""The parts of surfaces that face air: not inside a solid, not outside the room, and only one of two sheets
+in one place.
 
-A place faces air if the winding numbers of all closed shells, the room's and the solids', say so just off
-the surface. Flat parts that a shell crosses are cut along the shell's section with their plane, so that each
-piece is exposed as a whole or not at all, and areas are exact but for rounding.
+Whether a place faces air follows from the winding numbers of all closed shells, the room's and the solids',
+just off the surface. Flat parts that a shell crosses are cut along the shell's section with their plane, so
+that each piece is exposed as a whole or not at all, and areas are exact but for rounding.
 """
 
 import numpy as np
@@ -45,14 +46,14 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
         faces += faces_of(len(whole) + index, shell, parts)
     whole += [body.parts for body in bodies]
     arrangement = Arrangement(room.scale, shells, faces)
-    # Pieces of one body are flat parts in another order, and of another size, than the body as a whole.
+    # The pieces of a body are other flat parts than those of the whole body.
     new = {surface for surface, _, _ in alone}
     new |= {len(room.surfaces) + int(k) for k in np.flatnonzero(count > 1)}
     return _with_facets(arrangement, arrangement.exposed(whole, new), alone)
 
 
 def _clear(triangles: np.ndarray, others: np.ndarray, off: float) -> np.ndarray:
-    """Whether the bounding box of each triangle (k, 3, 3) touches that of none of (m, 3, 3) others (k,)."""
+    """Whether the bounding box of each triangle (k, 3, 3) touches no bounding box of the others (m, 3, 3)."""
     import shapely
 
     low, high = triangles.min(axis=1) - off, triangles.max(axis=1) + off

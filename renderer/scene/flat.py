@@ -1,7 +1,7 @@
 """Surfaces as flat parts: rectangles, other polygons, and the triangles of curved surfaces.
 
-The tessellation of a wall in a file has no meaning: coplanar neighbours, slivers included, become one
-polygon, which the mesh divides anew.
+How a file divides a wall into triangles has no meaning: coplanar neighbours, slivers included, become one
+polygon, which the mesh divides into patches.
 """
 
 from dataclasses import dataclass, field
@@ -50,7 +50,7 @@ class InPlane:
 
 @dataclass(frozen=True)
 class Polygon(InPlane):
-    """A flat polygon, with holes or without; triangles : (k, 3, 3) [m] that make it up."""
+    """A flat polygon, with or without holes; triangles : (k, 3, 3) [m] that fill it."""
 
     triangles: np.ndarray
 
@@ -235,7 +235,8 @@ def _blocks(filled: np.ndarray) -> list[tuple[int, int, int, int]]:
 
 
 def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> Rectangle | None:
-    """The rectangle whose corners are the outermost of coplanar points (k, 3); None where they form none."""
+    """The rectangle whose corners are the outermost of coplanar points (k, 3); None where these form no
+    rectangle."""
     away = points - points[0]
     corner = points[np.einsum("ki,ki->k", away, away).argmax()]  # farthest from any point: a corner
     away = points - corner

@@ -33,7 +33,8 @@ def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> S
     widest = min(0.005, 1e-3 * scale)  # [m]; wider gaps are no inaccuracy of the drawing
     a, b, face = _edges(vertices, faces)
     length = np.linalg.norm(b - a, axis=1)
-    # [m] of edges along which gaps are closed, and of the longest segment that is closed or stays open
+    # [m] least length of an edge along which a gap is closed, and length of the segments that are closed one
+    # by one
     shortest, segment = 0.03, 0.25
     long = length > shortest
     a, b, face, length = a[long], b[long], face[long], length[long]
@@ -61,7 +62,7 @@ def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> S
 
 
 def _once(strips: Strips) -> np.ndarray:
-    """Which strips (k,) are not in the place of an earlier one: both edges of a gap give one."""
+    """Which strips (k,) lie on no earlier strip: each of the two edges of a gap gives one."""
     from scipy.spatial import KDTree
 
     once = np.ones(len(strips.face), dtype=bool)
@@ -92,8 +93,11 @@ def _edges(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def _nearest(points: np.ndarray, a: np.ndarray, b: np.ndarray, corners: np.ndarray, widest: float
              ) -> tuple[np.ndarray, np.ndarray]:
-    """The nearest place (n, 3) to each of points (n, 3) on triangles (k, 3, 3) without the point's own edge,
-    from a to b (n, 3), and its distance (n,) [m]; inf where none is as near as `widest` [m]."""
+    """The place (n, 3) on triangles (k, 3, 3) nearest to each of points (n, 3), and its distance (n,) [m].
+
+    a, b : (n, 3) ends of the edge that each point lies on; triangles at that edge do not count
+    widest : [m] largest distance; inf is returned where no triangle is as near
+    """
     import shapely
     import trimesh
 
@@ -116,8 +120,11 @@ def _nearest(points: np.ndarray, a: np.ndarray, b: np.ndarray, corners: np.ndarr
 
 
 def _strip(a: np.ndarray, b: np.ndarray, starts: np.ndarray, step: float, target: np.ndarray) -> np.ndarray:
-    """The corners (4, 3) of a strip along an edge from a to b, from the segments that begin at the shares
-    `starts` (n,) to the places (n, 3) across from their middles."""
+    """The corners (4, 3) of a strip along an edge from a to b.
+
+    starts : (n,) fractions of the edge at which its segments begin, each `step` long
+    target : (n, 3) the places across the gap from the segments' middles
+    """
     low, high = starts[0], starts[-1] + step
     middles = starts + step / 2
     slope = (target[-1] - target[0]) / (middles[-1] - middles[0]) if len(starts) > 1 else b - a

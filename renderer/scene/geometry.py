@@ -25,8 +25,7 @@ def triangle_areas(triangles: np.ndarray) -> np.ndarray:
 
 
 def distances_of_triangles(triangles: np.ndarray) -> np.ndarray:
-    """Distances (k,) [m] of triangles (k, 3, 3) [m] from the origin: of their planes where the foot of the
-    normal is inside, else of their edges."""
+    """Distances (k,) [m] of triangles (k, 3, 3) [m] from the origin."""
     sides = np.roll(triangles, -1, axis=1) - triangles
     length2 = np.einsum("ksi,ksi->ks", sides, sides)
     along = -np.einsum("ksi,ksi->ks", triangles, sides) / np.where(length2 > 0, length2, 1.0)

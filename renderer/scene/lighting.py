@@ -18,7 +18,7 @@ from renderer.scene.schema import LuminaireTable
 
 def resolve_luminaires(tables: list[LuminaireTable], room: Room, path: Path,
                        factor: float = 1.0) -> tuple[list[Luminaire], list[Spectrum], list[str]]:
-    """All luminaires, the relative spectrum of each one's lamp, and sentences about faults of their files.
+    """All luminaires, the relative spectra of their lamps, and sentences about faults in their files.
 
     factor : maintenance factor, the share of new luminaires' lumens
 

@@ -121,8 +121,8 @@ def crowded_edges(faces: np.ndarray) -> np.ndarray:
 
 
 def oriented(mesh: LabelledMesh) -> tuple[LabelledMesh, np.ndarray]:
-    """The mesh with one winding in each connected body, outward for closed bodies; and the body of each face
-    (k,)."""
+    """The mesh with consistent winding in each connected body, outward for closed ones, and the body of each
+    face (k,)."""
     from scipy.sparse.csgraph import breadth_first_order, connected_components
 
     faces = mesh.faces.copy()
@@ -131,7 +131,7 @@ def oriented(mesh: LabelledMesh) -> tuple[LabelledMesh, np.ndarray]:
     order = order[(np.bincount(edge) == 2)[edge[order]]]
     one, two = order[::2], order[1::2]
     n = len(faces)
-    # 1 for neighbours of one winding, which run along their edge in opposite directions; 2 for others.
+    # 1 for neighbours of like winding, which run along their edge in opposite directions; 2 for others.
     differ = 1.0 + (sides[one, 0] == sides[two, 0])
     graph = sparse.coo_array((differ, (one // 3, two // 3)), shape=(n, n)).tocsr()
     graph = graph.maximum(graph.T)

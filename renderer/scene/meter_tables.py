@@ -41,7 +41,8 @@ class PhotometerGridTable(StrictTable):
             if not has_length(getattr(self, key)):
                 raise ValueError(f"{key} has no length; give a side of the area, for example [3, 0, 0]")
         if self.normal is not None and not has_length(self.normal):
-            raise ValueError("normal has no length; give the way the meters face, for example [0, 0, 1]")
+            raise ValueError("normal has no length; give the direction the meters face, for example [0, 0, "
+                             "1]")
         return self
 
 

@@ -1,4 +1,4 @@
-"""Luminaires mounted on a surface of the room, and luminaires just off one."""
+"""Placement of luminaires: mounted on a surface of the room, just off one, or free."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -54,7 +54,7 @@ class Placement:
 
     luminaires : all, moved off the walls and without opening faces that touch a wall
     mountings : of the luminaires that are mounted on a surface
-    free : own surface and luminaire of the others that have a body
+    free : index of the own surface, and the luminaire, for each other luminaire with a body
     """
 
     luminaires: list[Luminaire]
@@ -149,11 +149,10 @@ def _overlap(lamp: Rectangle, face: Rectangle) -> float:
 
 
 def stand_off(scene: "Scene", luminaire: Luminaire) -> Luminaire:
-    """A luminaire that is not mounted but touches a wall (it extends beyond an edge), as a sheet before the
-    wall.
+    """A luminaire that touches a wall without being mounted (it extends beyond an edge), moved off the wall.
 
-    It is moved off the wall by more than the rays' tolerance. Raises InputError for a luminaire that faces
-    the wall.
+    It is moved by more than the rays' tolerance and counts as a sheet. Raises InputError for a luminaire that
+    faces the wall.
     """
     shift, off = np.zeros(3), SHEET_DISTANCE * scene.room.scale
     for _, parts in _structure(scene):

@@ -90,8 +90,8 @@ def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsam
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {near[0]!r}? " if near else ""
             shown = ", ".join(map(repr, known[:12])) + (" …" if len(known) > 12 else "") or "none"
-            raise InputError(f"{where}.materials names {name!r}, which {model.file} has not; {hint}Names in "
-                             f"it: {shown}.")
+            raise InputError(f"{where}.materials names {name!r}, which is not in {model.file}; {hint}Names "
+                            f"in it: {shown}.")
     groups, once = {}, {}
     for part in np.unique(model.shapes.part):
         names, colour = model.names[part], model.colours[part]
@@ -110,7 +110,7 @@ def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsam
             rgb = tuple(float(x) for x in colour)
             name = f"{model.file}: {label}"
             taken = once.setdefault(name, rgb)
-            if taken != rgb:  # two colours of one name
+            if taken != rgb:  # two colours have one name
                 name = f"{name} {sum(n.startswith(name) for n in once) + 1}"
                 once[name] = rgb
             key = label, Material(name, rgb=rgb, upsampling=upsampling)
@@ -120,7 +120,7 @@ def _by_material(entry: ObjectTable, model: Model, where: str, used: Used, upsam
 
 
 def colours_said(file: str, materials: list[Material]) -> list[str]:
-    """A sentence about the materials' colours that are from a file; none where no colour is."""
+    """A sentence listing the materials' colours from a file; an empty list where there are none."""
     own = {m.name: m.rgb for m in materials if m.name.startswith(f"{file}: ")}
     if not own:
         return []

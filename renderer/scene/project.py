@@ -14,7 +14,7 @@ from renderer.scene.table_types import Amount, Fraction, StrictTable
 class ProjectTable(StrictTable):
     """The project for the report's head, and the maintenance factor of its luminaires.
 
-    maintenance_factor : the share of new luminaires' light that is left when the installation is maintained
+    maintenance_factor : share of new luminaires' light that is left when the installation is next maintained
         (EN 12464-1); readings are then maintained values
     """
 
@@ -51,8 +51,8 @@ class RequirementTable(StrictTable):
 
 
 def checked_requirements(table, path: Path) -> list[RequirementTable]:
-    """The requirements of a SceneTable. Raises InputError for one on a reading that the scene does not
-    have."""
+    """The requirements of a SceneTable. Raises InputError for a requirement on a reading that the scene
+    lacks."""
     readable = {"photometer_grids": ("mean_lx", "min_lx", "uniformity"),
                 "photometers": ("mean_lx", "min_lx", "cri", "melanopic_edi_lx"),
                 "observers": ("ugr", "cri", "melanopic_edi_lx")}

@@ -1,4 +1,4 @@
-"""From a scene file, a packaged name or a dict to a Scene."""
+"""A Scene from a scene file, the name of a packaged scene, or a dict."""
 
 import difflib
 import os
@@ -84,7 +84,7 @@ def _loaded(table: dict, path: Path) -> Scene:
 
 
 def _name_of(table: Mapping, folder: Path) -> Path:
-    """Path that stands for a scene without a file in messages and results: its title in letters of file
+    """Path for a scene without a file, used in messages and results: its title in characters of file
     names."""
     title = str(table.get("title", "scene"))[:80]
     return folder / (re.sub(r"[^\w.-]+", "_", title).strip("._") or "scene")
@@ -140,7 +140,7 @@ def _validated(table: dict, path: Path) -> SceneTable:
     try:
         return SceneTable.model_validate(table)
     except ValidationError as error:
-        # The first unknown key, else the first fault: a misspelt key also shows as a missing one.
+        # Report the first unknown key, else the first fault: a misspelt key also appears as a missing one.
         faults = error.errors(include_url=False)
         fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
         raise InputError(f"{path}: {explain(fault)}") from None
@@ -219,8 +219,8 @@ def _material(name: str, table: MaterialTable, upsampling: str, path: Path) -> M
 
 
 def _room(scene: SceneTable, materials: list[str], path: Path) -> tuple[Room, list[Body], list[str]]:
-    """The room, the walls and slabs of a room file without one enclosing surface, and in sentences which of
-    the file's cavities the room is. Raises InputError."""
+    """The room; the walls and slabs of its file where that has no single enclosing surface; and sentences
+    that say which of the file's cavities is the room. Raises InputError."""
     table = scene.room
     if table.size is not None:
         return box_room(table.size), [], []
@@ -231,8 +231,8 @@ def _room(scene: SceneTable, materials: list[str], path: Path) -> tuple[Room, li
 
 
 def _room_materials(scene: SceneTable, room: Room, own: list[Body], used, path: Path) -> list[Material]:
-    """Materials of the room's surfaces and own bodies: by surface, else from the file, else that of all
-    walls.
+    """Materials of the room's surfaces and own bodies: from the key of the surface, else from the room's
+    file, else from the key for all walls.
 
     Raises InputError.
     """
@@ -258,7 +258,7 @@ def _room_materials(scene: SceneTable, room: Room, own: list[Body], used, path: 
             if getattr(table, key) is None:
                 more = " and its file gives no colour" if table.mesh else ""
                 raise InputError(f"{path}: room.{key} is missing; the room has such surfaces that "
-                                 f"room.surfaces does not name{more}. Give the name of their material.")
+                             f"room.surfaces does not name{more}. Give the name of their material.")
             materials.append(used(getattr(table, key), f"room.{key}"))
     return materials
 
@@ -268,8 +268,8 @@ def _listed(names: list[str]) -> str:
 
 
 def _apart(object_: TriangleMesh, room: Room, on: float) -> bool:
-    """Whether no place on an object is in a room, for bounds that overlap; places as near to its surface as
-    `on` [m], as those of a rug, are in it."""
+    """Whether no place on an object is in a room whose bounds overlap the object's. Places within `on` [m] of
+    the room's surface, as those of a rug, count as in it."""
     vertices, faces = object_.vertices, object_.faces
     for some in (vertices[:1], vertices[:64], object_.triangles[:64].mean(axis=1)):
         if (winding(some, room.shell) >= 0.5).any():

@@ -10,8 +10,8 @@ from renderer.scene.geometry import Rectangle, distances_of_triangles
 from renderer.system.lazy import cached_property
 
 INSIDE_TOLERANCE = 2e-6
-"""Distance outside the room, relative to its longest side, up to which a point counts as inside: the decimals
-of a scene file place a slanting wall no better, and rays resolve no less."""
+"""Distance outside the room, relative to its longest side, up to which a point counts as inside. The decimals
+of a scene file place a slanting wall no more accurately, and rays resolve no smaller distance."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Opening:
 
 
 class Enclosed:
-    """What a surface encloses; shell : (k, 3, 3) [m], the surface as triangles"""
+    """The space inside a surface; shell : (k, 3, 3) [m], the surface as triangles"""
 
     shell: np.ndarray
 
@@ -74,10 +74,10 @@ class Room(Enclosed):
 
     @cached_property
     def hindrances(self) -> list[np.ndarray]:
-        """Flat parts that can stand between two places in the room: those with some of the room behind their
+        """Flat parts that can hide one place in the room from another: part of the room is behind their
         plane.
 
-        Of each the corners (3 or 4, 3) [m]; of a polygon those of a rectangle around it.
+        Each as its corners (3 or 4, 3) [m]; a polygon as the corners of a rectangle around it.
         """
         outlines, normals = [], []
         for parts in self.surfaces.values():
@@ -92,13 +92,13 @@ class Room(Enclosed):
         for start in range(0, len(first), 256):
             part = slice(start, start + 256)
             lowest[part] = (normals[part] @ corners).min(axis=1)
-        # Single-precision files place a flat wall no better than this.
+        # Files in single precision place a flat wall no more accurately than this.
         behind = lowest - np.einsum("ki,ki->k", first, normals) < -1e-6 * self.scale
         return [outlines[k] for k in np.flatnonzero(behind)]
 
     @property
     def convex(self) -> bool:
-        """Whether no part of the room hides another."""
+        """Whether no wall of the room hides any part of it from another part."""
         return not self.hindrances
 
 
@@ -121,7 +121,7 @@ def outline_room(outline, height: float, where: str) -> Room:
     points = np.array(outline, dtype=float)
     scale = max(float(np.ptp(points, axis=0).max()), height)
     lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
-    resolved = 1e-5 * scale  # shortest wall that rays tell from a corner
+    resolved = 1e-5 * scale  # [m] shortest wall that rays distinguish from a corner
     short = int(lengths.argmin())
     after = (short + 1) % len(points)
     if lengths[short] == 0:

@@ -63,13 +63,12 @@ def _refuse_unknown(mesh: LabelledMesh, named: list[str], path: Path, where: str
     for name in named:
         if name not in known:
             shown = ", ".join(repr(n) for n in known[:12]) or "none"
-            raise InputError(f"{where.removesuffix('.mesh')}.surfaces names {name!r}, which {path.name} "
-                             f"has not; names in it: {shown}.")
+            raise InputError(f"{where.removesuffix('.mesh')}.surfaces names {name!r}, which is not in "
+                             f"{path.name}; names in it: {shown}.")
 
 
 def _closed(mesh: LabelledMesh, body: np.ndarray, path: Path, where: str) -> tuple[LabelledMesh, list[str]]:
-    """The mesh with each hole closed by a part of its own, and the names of these parts. Raises
-    InputError."""
+    """The mesh with each hole closed by a separate part, and the names of these parts. Raises InputError."""
     loops = open_loops(mesh.faces)
     if not loops:
         return mesh, []

@@ -38,13 +38,13 @@ def room_in_the_open(path: Path, units: str | None, up: str | None, named: list[
                      places: np.ndarray, inside: np.ndarray | None, where: str, root: Path | None,
                      refusal: InputError, painted: tuple[str, ...] = FACINGS
                      ) -> tuple[Room, list[Body], list[str]]:
-    """The room that a file's solids and sheets enclose, the bodies in it, and sentences about which of the
+    """The room that a file's solids and sheets enclose, the bodies in it, and sentences that say which of the
     file's cavities it is. Raises InputError.
 
     places : (k, 3) [m] of the scene's luminaires and meters, which are inside the room
     inside : (3,) [m] in the cavity that is meant; where given, it decides instead of `places`
-    refusal : the error for faces that enclose none of the places, where more than half of all directions are
-        open
+    refusal : the error raised where the faces enclose none of the places (more than half of all directions
+    from each are open)
 
     Other arguments are as for `mesh_room`.
     """
@@ -52,14 +52,14 @@ def room_in_the_open(path: Path, units: str | None, up: str | None, named: list[
     for name in named:
         if name not in model.known:
             shown = ", ".join(repr(n) for n in model.known[:12]) or "none"
-            raise InputError(f"{where.removesuffix('.mesh')}.surfaces names {name!r}, which {path.name} "
-                             f"has not; names in it: {shown}.")
+            raise InputError(f"{where.removesuffix('.mesh')}.surfaces names {name!r}, which is not in "
+                             f"{path.name}; names in it: {shown}.")
     places, kept, air, said = _chosen(model, places, inside, where, refusal)
     model = replace(model, shapes=kept)
     faces, solid = kept.faces.copy(), kept.solid
     corners = model.shapes.vertices[faces]
     scale = float(np.ptp(model.bounds, axis=0).max())
-    off = distances(places, corners) > INSIDE_TOLERANCE * scale  # on a surface is neither inside nor outside
+    off = distances(places, corners) > INSIDE_TOLERANCE * scale  # places on a surface decide nothing
     places = places[off] if off.any() else places
     around = _enclosing(corners, solid, places)
     if around is None and min(_open_share(place, corners) for place in (*places, places.mean(axis=0))) > 0.5:
@@ -79,7 +79,7 @@ def room_in_the_open(path: Path, units: str | None, up: str | None, named: list[
         if model.shapes.contacts > 0:
             shared = model.shapes.contacts / 2
             said.append(f"{model.file}: faces that its closed surfaces share, {shared:.3g} m², are "
-                        "left out, so that what they close off is open to each other")
+                        "left out, so that the spaces on both sides are joined")
     else:
         room = replace(_box_around(model.bounds, scale), colours=colours)
         rest = np.ones(len(faces), dtype=bool)
@@ -97,8 +97,10 @@ def room_in_the_open(path: Path, units: str | None, up: str | None, named: list[
 
 def _over_gaps(model: Model, faces: np.ndarray, names: np.ndarray, scale: float,
                air: tuple[Cavities, list[int]]) -> tuple[list[Body], list[str]]:
-    """The strips over gaps between faces that lead out of the room, a body for each surface, and a sentence
-    about them. air : the file's cavities, and which of them are the room"""
+    """The strips over gaps that lead out of the room, one body for each surface, and a sentence about them.
+
+    air : the file's cavities, and the numbers of those that are the room
+    """
     strips = strips_over_gaps(model.shapes.vertices, faces, scale)
     if not len(strips.face):
         return [], []
@@ -128,8 +130,8 @@ def refuse_several(path: Path, units: str | None, up: str | None, where: str, ro
 
 
 def _several(model: Model, found: Cavities, where: str) -> InputError:
-    return InputError(f"{where}: {_listed(model, found)}. Give room.inside, a point in the one that is "
-                      "meant.")
+    return InputError(f"{where}: {_listed(model, found)}. Give room.inside, a point in the room that "
+                      "is meant.")
 
 
 def _listed(model: Model, found: Cavities) -> str:
@@ -139,10 +141,10 @@ def _listed(model: Model, found: Cavities) -> str:
 
 def _chosen(model: Model, places: np.ndarray, inside: np.ndarray | None, where: str, refusal: InputError
             ) -> tuple[np.ndarray, SolidsAndSheets, tuple[Cavities, list[int]] | None, list[str]]:
-    """Places (k, 3) that are inside; the faces about them; the file's cavities and which of them are the
-    room, None where the room is not closed; what cavities there are, in sentences.
+    """Places (k, 3) in the room; the faces around them; the file's cavities with the numbers of those that
+    are the room (None where the room is not closed); and sentences about the cavities.
 
-    Raises InputError where no place says which cavity is meant.
+    Raises InputError where no place decides which cavity is meant.
     """
     whole = model.shapes
     found = cavities(whole.vertices[whole.faces], whole.solid >= 0)
@@ -166,16 +168,16 @@ def _chosen(model: Model, places: np.ndarray, inside: np.ndarray | None, where: 
 
 
 def _refuse_crossed(own: np.ndarray, solids: np.ndarray, places: np.ndarray, what: str) -> None:
-    """Raise InputError where places (k, 3) in a room's surface (n, 3, 3) are in it twice, or in another
-    closed surface (m, 3, 3)."""
+    """Raise InputError where a place (k, 3) is enclosed twice by the room's surface (n, 3, 3), or also by a
+    solid's (m, 3, 3)."""
     depth = np.abs(winding(places, own)) - (winding(places, solids) if len(solids) else 0.0)
     if (depth > 1 + MIN_SURFACE_WINDING).any():
-        raise InputError(f"{what} has two closed surfaces that cross about {spelt(places[depth.argmax()])}; "
-                         "one is the room, and what is in the other is solid. Join them in the modeller.")
+        raise InputError(f"{what} has two closed surfaces that cross near {spelt(places[depth.argmax()])}; "
+                         "the inside of the second counts as solid. Join them in the modeller.")
 
 
 def _within(corners: np.ndarray, shell: np.ndarray) -> np.ndarray:
-    """Which triangles (k, 3, 3) are in a room of that shell (m, 3, 3), normals inward (k,)."""
+    """Which triangles (k, 3, 3) are inside a room with a shell (m, 3, 3), normals inward (k,)."""
     return winding(corners.mean(axis=1), shell) > MIN_SURFACE_WINDING
 
 
@@ -193,8 +195,8 @@ def _part(model: Model, faces: np.ndarray) -> TriangleMesh:
 
 
 def _enclosing(corners: np.ndarray, solid: np.ndarray, places: np.ndarray) -> int | None:
-    """The closed surface that is the room's own: the smallest with most of the places (k, 3) in it, or in a
-    hollow of the solid that it bounds. None where no closed surface is."""
+    """Number of the closed surface that is the room's: the smallest that encloses most of the places (k, 3),
+    or whose solid has a hollow with most of them. None where there is none."""
     found, size, inward = None, np.inf, False
     for k in np.unique(solid[solid >= 0]):
         own = corners[solid == k]
@@ -209,7 +211,7 @@ def _enclosing(corners: np.ndarray, solid: np.ndarray, places: np.ndarray) -> in
 
 
 def _turned_to(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """The faces (k, 3), those of sheets turned to face a place (3,)."""
+    """The faces (k, 3), with sheets turned so that they face a place (3,)."""
     a, b, c = vertices[faces].transpose(1, 0, 2)
     away = np.einsum("ki,ki->k", np.cross(b - a, c - a), place - a) < 0
     turned = faces.copy()
@@ -219,7 +221,7 @@ def _turned_to(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray, place
 
 def _names(model: Model, faces: np.ndarray, named: list[str], materials: list[str],
            painted: tuple[str, ...]) -> tuple[np.ndarray, dict[str, tuple[float, ...]]]:
-    """The surface of each face (k,), and the file's colours, as by `surface_names`."""
+    """The surface of each face (k,), and the colours from the file: see `surface_names`."""
     a, b, c = model.shapes.vertices[faces].transpose(1, 0, 2)
     crosses = np.cross(b - a, c - a)
     rise = crosses[:, 2] / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)

@@ -15,11 +15,11 @@ from renderer.scene.surface_names import FACINGS
 
 def room_of_file(table: RoomTable, places: np.ndarray, materials: list[str], path: Path
                  ) -> tuple[Room, list[Body], list[str]]:
-    """The room, the walls and slabs of its file where no one surface encloses it, and sentences about the
-    cavity that it is. Raises InputError.
+    """The room; the walls and slabs of its file where no single surface encloses it; and sentences that say
+    which cavity it is. Raises InputError.
 
     places : (k, 3) [m] of the scene's luminaires and meters
-    materials : names of the scene's
+    materials : names of the scene's materials
     path : of the scene file
     """
     file = path.parent / table.mesh, table.units, table.up, list(table.surfaces), materials
@@ -41,11 +41,11 @@ def room_of_file(table: RoomTable, places: np.ndarray, materials: list[str], pat
     except InputError:
         if closed is None or not len(places) or inside is not None:
             raise
-        return closed, [], []  # what lies outside it is refused by its own name
+        return closed, [], []  # places outside it are refused later, by name
 
 
 def _holds(room: Room, places: np.ndarray) -> bool:
-    """Whether one of the places (k, 3) is inside a room, or none outside; on its surface is neither."""
+    """Whether a place (k, 3) is inside a room, or none is outside; places on its surface count as neither."""
     inside = winding(places, room.shell) >= 0.5
     off = distances(places, room.shell) > INSIDE_TOLERANCE * room.scale
     return bool((inside & off).any() or not (~inside & off).any())

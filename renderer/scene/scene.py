@@ -26,8 +26,8 @@ from renderer.system.input_files import OpenedFile
 from renderer.system.lazy import cached_property
 
 STAND_OFF = 4e-6
-"""Distance from a surface, relative to the room's longest side, at which rays start and end: some 60 times
-the resolution of single precision there, and 20 µm in a room of 5 m."""
+"""Distance from a surface, relative to the room's longest side, at which rays start and end: about 60 times
+the resolution of single precision, or 20 µm in a room of 5 m."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Body:
         sheets: without thickness, opaque, the material on both sides
     of_room : whether the body is a wall, slab or other part of the room's own file; luminaires are mounted on
         it
-    over_gaps : whether it closes gaps between the faces of the room's file, which lacks it
+    over_gaps : whether the body was added to close gaps between the faces of the room's file
     """
 
     name: str
@@ -178,7 +178,7 @@ class Scene:
     def flux(self, bands: BandSet) -> np.ndarray:
         """Flux (n_luminaires, n_bands) of each luminaire in each band, in the band set's unit; lumens are
         exact."""
-        of_a_lumen: dict[int, np.ndarray] = {}  # by spectrum, since a hundred luminaires may share one
+        of_a_lumen: dict[int, np.ndarray] = {}  # by spectrum, because many luminaires share one
         for lum, lamp in zip(self.luminaires, self.lamps, strict=True):
             if id(lamp) not in of_a_lumen:
                 of_a_lumen[id(lamp)] = band_flux(lamp, 1.0, bands, f"{self.path}: luminaires {lum.name!r}")
@@ -194,8 +194,7 @@ class Scene:
 
     @cached_property
     def geometry_key(self) -> str:
-        """Digest of the geometry that form factors depend on: equal for a grey and a red room of one
-        shape."""
+        """Digest of the geometry on which form factors depend; paints and lamps do not change it."""
         parts = [self.room.shell, np.array([len(p.shell) for p in self.room.surfaces.values()])]
         for body in self.bodies:
             parts += [body.mesh.vertices, body.mesh.faces]

@@ -132,7 +132,7 @@ class LuminaireTable(StrictTable):
     def _position_is_center(cls, table):
         if isinstance(table, dict) and "position" in table:
             if "center" in table:
-                raise ValueError("center and position are given, which mean the same. Remove one")
+                raise ValueError("center and position are given, two names of one key. Remove one")
             table = {("center" if key == "position" else key): value for key, value in table.items()}
         return table
 
@@ -166,7 +166,7 @@ class LuminaireTable(StrictTable):
             raise ValueError("array and spacing go together; give both, as array = [4, 3] and spacing = "
                              "[1.8, 2.4] in metres, or neither")
         if (needs_normal and self.normal is None) or (self.normal and not has_length(self.normal)):
-            raise ValueError("normal is missing or of no length; give the direction the light leaves in, "
+            raise ValueError("normal is missing or of no length; give the direction in which light leaves, "
                              "for example [0, 0, -1]")
         if self.up is not None and not has_length(self.up):
             raise ValueError("up has no length; give any direction across the normal")

@@ -12,7 +12,7 @@ from renderer.system.text import quoted
 
 def explain(fault: dict) -> str:
     """One sentence about a fault that pydantic found: key, value, what is allowed, remedy."""
-    # a part of the place that names no key but one of several types
+    # parts of pydantic's location that name a type instead of a key
     tried_type = re.compile(r"\[key\]|constrained-float|(tuple|function-after)\[.*")
     where = [part for part in fault["loc"] if not tried_type.fullmatch(str(part))]
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in where).lstrip(".")
@@ -52,7 +52,7 @@ def _allowed(said: str) -> str:
                (" after validation", ""))
     for words, ours in in_toml:
         said = re.sub(words, ours, said)
-    long_number = re.compile(r"\b(\d{7,}|0\.0{4,}\d+)\b")  # reads better as a power of ten
+    long_number = re.compile(r"\b(\d{7,}|0\.0{4,}\d+)\b")  # written as a power of ten
     for start in ("Input should", "String should", "List should", "Tuple should"):
         if said.startswith(start):
             return "must" + long_number.sub(lambda number: f"{float(number[0]):g}", said[len(start):])

@@ -15,9 +15,9 @@ class Shell:
 
     triangles : (k, 3, 3) [m]
     sign : 1 for a solid, whose normals point into the air; −1 for the room
-    own : winding number of the surface just before it: 0, or −1 before the wall of a hollow
+    own : winding number of the shell just in front of its own faces: 0, or −1 where they bound a hollow
     crowded : whether solids that may overlap share its edges, so that parts of it may be inside others
-    convex : whether it is a convex room's: what is behind all its planes is inside
+    convex : whether it is the shell of a convex room, whose inside is behind all its planes
     """
 
     triangles: np.ndarray
@@ -32,7 +32,7 @@ class Shell:
         return np.array([self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))])
 
     def own_at(self, points: np.ndarray) -> np.ndarray:
-        """Number of times (k,) that the shell encloses points (k, 3) just before its own faces, as `own`."""
+        """Number of times (k,) that the shell encloses points (k, 3) just in front of its own faces."""
         if not self.crowded:
             return np.full(len(points), self.own)
         return np.rint(-winding(points, self.triangles))

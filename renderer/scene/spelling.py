@@ -1,4 +1,4 @@
-"""Common wrong words for keys of a scene file, and the advice on each."""
+"""Advice on words that are often used in place of a scene file's keys."""
 
 import tomllib
 from functools import cache

@@ -13,9 +13,9 @@ def surface_names(part: np.ndarray, names: list[tuple[str, ...]], given: list[np
     part : (k,) index into `names` and `given`, names and colours as in `Polygons`
     rise : (k,) sine of each normal's angle above the horizontal; above 0.5 the face is floor, below −0.5
         ceiling
-    known : names that become surfaces of their own where the file has them, the first list first
-    painted : those of floor, ceiling and walls with a material in the scene; faces of that direction without
-        a known name belong to them, and others take the file's colour
+    known : names in the file that become separate surfaces; earlier lists have priority
+    painted : "floor", "ceiling" and "walls" where the scene gives them a material; faces of that direction
+      without a known name belong to them, and other faces take the file's colour
     """
     facing = np.select([rise > 0.5, rise < -0.5], FACINGS[:2], FACINGS[2]).tolist()
     own = [next((n for some in known for n in which if n in some), None) for which in names]

@@ -1,7 +1,7 @@
 """Triangles with shared vertices: the faces of objects and rooms.
 
-trimesh has all this too, and takes most of a second to import; it reads some files
-(tests/test_instead_of_packages.py compares the two).
+trimesh has these functions too but takes most of a second to import; tests/test_instead_of_packages.py
+compares the two.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class TriangleMesh:
 
     @cached_property
     def _runs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Order of the edges (3 k,) by which equal ones follow each other, the start of each run of equal
-        ones, and its length."""
+        """Order of the edges (3 k,) in which equal ones follow each other, and the start and length of each
+        run of equal edges."""
         key = self.edges[:, 0] * np.int64(len(self.vertices)) + self.edges[:, 1]
         order = np.argsort(key, kind="stable")
         starts = np.flatnonzero(np.diff(key[order], prepend=-1))
@@ -140,7 +140,7 @@ def _cylinder(sections: int = 48) -> TriangleMesh:
 
 
 def _sphere(divisions: int = 3) -> TriangleMesh:
-    """A sphere of radius 0.5 about the origin: an icosahedron whose sides are halved so often."""
+    """A sphere of radius 0.5 about the origin: an icosahedron whose sides are halved `divisions` times."""
     golden = (1 + 5**0.5) / 2
     vertices = np.array([[-1, golden, 0], [1, golden, 0], [-1, -golden, 0], [1, -golden, 0],
                          [0, -1, golden], [0, 1, golden], [0, -1, -golden], [0, 1, -golden],
@@ -161,8 +161,8 @@ def with_halved_sides(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarr
 
 
 def divided_to(vertices: np.ndarray, faces: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (m, 3) and faces (l, 3) of triangles (k, 3) of which sides over `longest` [m] are halved until
-    there is none."""
+    """Vertices (m, 3) and faces (l, 3) of triangles (k, 3) whose sides over `longest` [m] are halved until
+    none is left."""
     while True:
         corners = vertices[faces]
         sides = corners - corners[:, [1, 2, 0]]
@@ -172,8 +172,8 @@ def divided_to(vertices: np.ndarray, faces: np.ndarray, longest: float) -> tuple
 
 
 def _halved(vertices: np.ndarray, faces: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles with sides over `longest` halved: one such side makes two of a triangle, two three, three
-    four. Triangles on both sides of an edge share its middle."""
+    """Triangles with each side over `longest` [m] halved once: with one, two or three such sides a triangle
+    becomes two, three or four. The triangles on both sides of an edge share its middle."""
     edges = TriangleMesh(vertices, faces).edges
     _, first, index = np.unique(edges[:, 0] * np.int64(len(vertices)) + edges[:, 1], return_index=True,
                                 return_inverse=True)
@@ -182,7 +182,7 @@ def _halved(vertices: np.ndarray, faces: np.ndarray, longest: float) -> tuple[np
     middle = np.where(long, len(vertices) - 1 + np.cumsum(long), -1)[index].reshape(-1, 3)
     vertices = np.vstack([vertices, ends[long].mean(axis=1)])
     count = (middle >= 0).sum(axis=1)
-    # Turned so that of one long side it is the first, and of two the last side is the short one.
+    # Corners are rotated so that a single long side comes first, and of two long sides the short one last.
     turn = np.select([count == 1, count == 2], [middle.argmax(axis=1), (middle.argmin(axis=1) + 1) % 3])
     order = (turn[:, None] + np.arange(3)) % 3
     a, b, c = np.take_along_axis(faces, order, axis=1).T

@@ -23,7 +23,7 @@ def table_with(table: dict, values: Mapping[str, object], path: Path) -> dict:
     values : by dotted key, as "luminaires.0.flux"; None removes a key
     path : of the scene, for messages
 
-    Raises InputError for a key that the table has no place for.
+    Raises InputError for a key that has no place in the table.
     """
     table = copy.deepcopy(table)
     for key, value in values.items():
@@ -95,7 +95,7 @@ def files_named(item) -> list[str]:
         elif isinstance(value, list):
             todo += [(key, inner) for inner in value]
         elif isinstance(value, str) and key in ("spectrum", "mesh", "file"):
-            found[value] = found[value.partition("#")[0]] = None  # "#" precedes a column of the file
+            found[value] = found[value.partition("#")[0]] = None  # the number or name of a column follows "#"
     return list(found)
 
 

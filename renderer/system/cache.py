@@ -1,4 +1,4 @@
-"""Files of arrays that geometry and settings alone decide, such as form factors, kept between runs."""
+"""Cache on disk of arrays that depend on geometry and settings alone, such as form factors."""
 
 import hashlib
 import io
@@ -18,7 +18,7 @@ from renderer.errors import CacheWarning, InputError, OutputError
 from renderer.system.files import remove_abandoned, whole_file
 
 MAX_CACHE_BYTES = 2 << 30
-"""Size of all files together; above it the file not used for longest is removed."""
+"""Largest size of all files together; above it the files not used for longest are removed."""
 
 Arrays = dict[str, np.ndarray]
 
@@ -32,8 +32,8 @@ class Cache:
     def arrays(self, key: str, make: Callable[[], Arrays]) -> Arrays:
         """The arrays that `make` returns, read from the file of that key where there is one.
 
-        A damaged file is computed again, with a CacheWarning; a folder that cannot be written to gives one,
-        too.
+        Gives a CacheWarning for a damaged file, whose arrays are computed again, and for a folder that cannot
+        be written to.
         """
         named = _digest(f"{code()} {key}".encode())
         path = self.folder / f"{named.hex()}.kept"
@@ -53,7 +53,7 @@ class Cache:
             warnings.warn(f"{path} is damaged; its contents are computed again.", CacheWarning,
                           stacklevel=2)
         made = make()
-        # Reading a larger result takes as long as computing it.
+        # Reading a larger file takes as long as computing its arrays.
         if sum(array.nbytes for array in made.values()) <= MAX_CACHE_BYTES // 2:
             self._keep(path, named, made)
         return made
@@ -105,7 +105,7 @@ class Cache:
 
 
 def user_cache() -> Cache:
-    """The cache in the folder that the user's system has for such files."""
+    """The cache in the folder that the operating system assigns to cache files of this user."""
     from platformdirs import user_cache_path
 
     return Cache(user_cache_path("renderer"))
@@ -131,7 +131,7 @@ def _digest(*pieces) -> bytes:
 
 @cache
 def code() -> str:
-    """Checksum of what the arrays depend on beside their key: this program's geometry and transport, and its
+    """Checksum of the code that computes cached arrays: this program's geometry and transport, and its
     packages."""
     package = Path(__file__).parent.parent
     folders = "radiometry", "scene", "transport"
@@ -144,8 +144,7 @@ def code() -> str:
 
 @cache
 def program() -> str:
-    """Checksum of what readings depend on beside a scene and its files: this program, its tables and its
-    packages."""
+    """Checksum of the code and data that compute readings: this program, its tables and its packages."""
     package = Path(__file__).parent.parent
     sources = sorted([*package.rglob("*.py"), *package.glob("colour/data/*.csv*")])
     return _digest(b"".join([code().encode(), *(path.read_bytes() for path in sources)])).hex()

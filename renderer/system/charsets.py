@@ -1,4 +1,4 @@
-"""Text from bytes of an unstated character set, as instruments and makers write it.
+"""Text of a file that does not state its character set, as files of instruments and manufacturers.
 
 Numbers and keywords are ASCII in all of these, so only labels depend on the choice.
 """
@@ -12,7 +12,8 @@ def decode(data: bytes) -> str:
 
     The character set is, in this order: the one of the byte-order mark; UTF-16 where every other byte is
     zero; UTF-8; Shift-JIS, Windows-1251 or GB 18030 where the letters come in the runs usual there;
-    Windows-1252. Raises ValueError, with a sentence, for data that are no text.
+    Windows-1252. Raises ValueError for data that are no text; the message completes a sentence that begins
+    with the file's name.
     """
     if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
         return _utf_16(data, "utf-16")
@@ -29,7 +30,7 @@ def decode(data: bytes) -> str:
 
 
 def _padded(data: bytes) -> bool:
-    """Whether zero bytes do no more than fill up a text, as behind a name in a field of fixed length."""
+    """Whether zero bytes only fill up fields of fixed length, for example behind a name."""
     rest = data.replace(b"\0", b"")
     runs = len(re.findall(rb"\0+", data))
     return not re.search(rb"[\x01-\x08\x0e-\x1f\x7f]", rest) and 2 * runs < data.count(b"\0") < len(rest)
@@ -43,7 +44,7 @@ def _utf_16(data: bytes, name: str) -> str:
 
 
 def _legacy(data: bytes) -> str:
-    """Text in the first of the older character sets whose letters the bytes above ASCII look like."""
+    """Text in the first of the older character sets that fits the bytes above ASCII."""
     if _all_wide(data, "cp932"):
         return data.decode("cp932")
     runs = re.findall(rb"[\x80-\xff]+", data)
@@ -60,13 +61,13 @@ def _legacy(data: bytes) -> str:
 
 
 def _all_wide(data: bytes, name: str) -> bool:
-    """Whether all characters beyond ASCII, read in that character set, are wide letters, two of them in a row
-    somewhere. Single ones are accents that pair with the next letter by chance."""
+    """Whether, in that character set, all characters beyond ASCII are wide letters and at least two stand in
+    a row. A single one may be an accented Latin letter that pairs with the next byte by chance."""
     try:
         text = data.decode(name)
     except UnicodeDecodeError:
         return False
     beyond = re.findall(r"[^\x00-\x7f]+", text)
-    # Kana, ideographs and their signs; not the narrow kana, as which every Latin-1 text could be read.
+    # Kana, ideographs and their signs; not narrow kana, because every Latin-1 text could be read as those.
     wide = re.compile("[\u3000-\u30ff\u3400-\u9fff\uff00-\uff60\uff64\uffe0-\uffef]")
     return all(wide.fullmatch(c) for run in beyond for c in run) and any(len(run) > 1 for run in beyond)

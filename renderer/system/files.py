@@ -15,7 +15,7 @@ from renderer.errors import InputError, OutputError
 
 def output_folder(path: Path) -> Path:
     """Make a folder for results, check that it can be written to, and remove unfinished files of runs that
-    were killed. Raises InputError or OutputError."""
+    were killed. Raises InputError where it cannot be written to, OutputError where the disk is full."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         probe = path / f".00000000.{os.getpid()}.part"
@@ -40,7 +40,7 @@ def remove_abandoned(folder: Path) -> None:
 
 
 def _has_ended(process: int, part: Path) -> bool:
-    if sys.platform == "win32":  # there os.kill ends the process that it asks after
+    if sys.platform == "win32":  # there os.kill would end the process
         return time.time() - part.stat().st_mtime > 86_400  # one day: no run takes so long
     try:
         os.kill(process, 0)
@@ -77,6 +77,6 @@ def _refusal(error: OSError | ValueError, what: str) -> InputError | OutputError
     of_disk = {errno.ENOSPC, errno.EIO, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
     if getattr(error, "errno", None) in of_disk:
         return OutputError(f"{what} cannot be written ({reason}). Make room on the disk, or give an --out on "
-                           "another.")
-    return InputError(f"{what} cannot be written to ({reason}). Give a folder that can." if "--out is" in what
+                           "another disk.")
+    return InputError(f"{what} cannot be written to ({reason}). Give another folder." if "--out is" in what
                       else f"{what} cannot be written ({reason}). Give another --out.")

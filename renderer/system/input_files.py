@@ -17,7 +17,7 @@ from renderer.system.text import quoted
 
 MAX_BYTES = {"scene": 4_000_000, "study": 4_000_000, "spectral": 16_000_000, "photometric": 16_000_000,
              "model": 500_000_000}
-"""Largest size of a file of each kind [bytes]: at least thirty times the largest known."""
+"""Largest size allowed for a file of each kind [bytes]: at least thirty times the largest known file."""
 MAX_TOML_DEPTH = 20
 """Largest depth of tables and lists within each other in a TOML file; a scene has 4."""
 
@@ -66,7 +66,7 @@ def read_input(path: Path, kind: str, where: str, remedy: str = "Correct the pat
     try:
         _refuse_irregular(os.stat(path), name, where)
         with open(path, "rb", opener=_without_waiting) as file:
-            status = os.fstat(file.fileno())  # of what is open now, whatever the name has come to mean
+            status = os.fstat(file.fileno())  # of the open file; the name may meanwhile belong to another
             _refuse_irregular(status, name, where)
             if status.st_size <= limit:
                 data = file.read(limit + 1)
@@ -104,7 +104,8 @@ def is_regular_file(path: Path) -> bool:
 
 
 def parse_toml(data: bytes, where: str) -> dict:
-    """A TOML file as a table; a byte-order mark is allowed. Raises InputError for text that is not TOML."""
+    """The table in a TOML file, which may begin with a byte-order mark. Raises InputError for text that is
+    not TOML."""
     text = ""
     try:
         text = data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
@@ -143,8 +144,8 @@ def _toml_fault(said: str, text: str) -> str:
     line = lines[row] if row < len(lines) else ""
     letter = line[column:column + 1]
     if not letter.isascii():
-        return (f"{said}; {quoted(letter)} (U+{ord(letter):04X}) is there, and outside quotation marks only "
-                "ASCII may be")
+        return (f"{said}; {quoted(letter)} (U+{ord(letter):04X}) is there; outside quotation marks only "
+                "ASCII characters are allowed")
     if re.search(r"=\s*-?\d+,\d+\s*(#.*)?$", line):  # a number with a decimal comma
         return f"{said}; write decimals with a point"
     return said

@@ -10,7 +10,7 @@ if sys.version_info >= (3, 12):
     from functools import cached_property
 else:
     class cached_property:
-        """A method whose value is kept in its instance once it is asked for."""
+        """A method whose value is computed once for each instance and kept there."""
 
         def __init__(self, make):
             self.make, self.__doc__ = make, make.__doc__

@@ -45,7 +45,7 @@ def parallel_map(read: Callable[[int], object], n: int, counters: Sequence[RayCo
 
         threads.in_threads(work, stop - first, 1)
 
-    # Two calls on each core tell how long the others will take.
+    # Two calls on each core give the time that the others will take.
     timed, started = min(n, 2 * threads.CORES), time.perf_counter()
     by_threads(0, timed)
     left = (n - timed) * (time.perf_counter() - started) / max(1, timed)
@@ -60,8 +60,8 @@ def parallel_map(read: Callable[[int], object], n: int, counters: Sequence[RayCo
 
 
 def _can_fork() -> bool:
-    """Whether a copy of this process can work: no daemon may fork, and system libraries other than Linux's do
-    not survive it."""
+    """Whether this process may fork: a daemon may not, and on systems other than Linux the libraries fail
+    after a fork."""
     return sys.platform == "linux" and not multiprocessing.current_process().daemon
 
 
@@ -77,7 +77,7 @@ def _by_processes(read: Callable[[int], object], some: range, counters: Sequence
 
 
 def _begin(read: Callable[[int], object], counters: Sequence[RayCounter]) -> None:
-    """Set up a forked worker, which is handed both as they are."""
+    """Set up a forked worker: both arguments are copies that fork made."""
     global _task
     _task, threads.CORES = (read, counters), 1
 

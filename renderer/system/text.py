@@ -1,11 +1,11 @@
-"""Text from files of strangers, made harmless before it is shown on a terminal or in a table."""
+"""Text from untrusted files, made harmless for terminals and tables."""
 
 import csv
 import unicodedata
 from datetime import date, time
 
 MAX_QUOTED_CHARACTERS = 200
-"""Number of characters of one value that a message quotes."""
+"""Longest value [characters] that a message quotes in full."""
 
 
 def visible(text: str) -> str:
@@ -13,14 +13,15 @@ def visible(text: str) -> str:
     stay."""
     if text.isascii() and text.isprintable():
         return text
-    # Categories of what moves the cursor, turns the line round, or is no letter.
+    # Unicode categories of control, format and surrogate characters, and of separators of lines and
+    # paragraphs.
     unprinted = ("Cc", "Cf", "Cs", "Zl", "Zp")
     return "".join(c if c == "\n" or unicodedata.category(c) not in unprinted else f"<U+{ord(c):04X}>"
                    for c in text)
 
 
 def quoted(value: object) -> str:
-    """A value as a message shows it: its repr, dates as in TOML, without the middle where it is long."""
+    """A value for a message: its repr, dates as in TOML, a long value without its middle."""
     try:
         text = value.isoformat() if isinstance(value, (date, time)) else repr(value)
     except (ValueError, RecursionError):  # an integer of thousands of digits; a list in a thousand lists

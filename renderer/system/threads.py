@@ -12,8 +12,8 @@ CHUNK = 1 << 16
 
 
 def _cores(most: int = 4096) -> int:
-    """Number of cores from RENDERER_CORES, else the machine's: fewer where several processes share it, as a
-    sweep's workers do. Raises InputError for a number outside 1 to `most`."""
+    """Number of cores: RENDERER_CORES, or all cores of the machine where that is not set. A sweep sets it for
+    its workers, which share the machine. Raises InputError for a number outside 1 to `most`."""
     given = os.environ.get("RENDERER_CORES")
     if given is None:
         return os.cpu_count() or 1
@@ -41,8 +41,8 @@ def in_threads(work, n: int, chunk: int = CHUNK) -> None:
     """Call work(start, stop) for slices of n, on every core.
 
     chunk : length of a slice
-    The calling thread works too, and idle cores help: work inside work spreads to idle cores, and otherwise
-    stays on its own.
+    The calling thread works too. A call within `work` uses idle cores, or only its own thread where there is
+    none.
     """
     starts = iter(range(0, n, chunk))
 
@@ -51,7 +51,7 @@ def in_threads(work, n: int, chunk: int = CHUNK) -> None:
             for start in starts:
                 work(start, min(n, start + chunk))
         except BaseException:
-            for _ in starts:  # nobody need go on
+            for _ in starts:  # no thread takes another slice
                 pass
             raise
 

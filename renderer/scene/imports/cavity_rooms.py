@@ -65,7 +65,7 @@ class _Pieces:
 
 def _space(faces: list[ImportedFace], names: list[str], pieces: _Pieces, air: Cavities, cavity: int,
            name: str) -> Space:
-    """A cavity with the building around it and the things in it, as the room of a name."""
+    """A cavity as a room called `name`, with the building around it and the things in it."""
     near = np.zeros(len(pieces.low), dtype=bool)
     near[pieces.piece[air.beside([cavity], pieces.corners)]] = True
     loose = _loose(pieces, air, cavity, near)
@@ -87,8 +87,8 @@ def _space(faces: list[ImportedFace], names: list[str], pieces: _Pieces, air: Ca
 
 def _closed_around(faces: list[ImportedFace], names: list[str], some: np.ndarray, inside: np.ndarray
                    ) -> tuple[list[ImportedFace], list[Thing]]:
-    """The faces of one closed surface around a place (3,), of some of the faces (k,), and the things in it;
-    none where no such surface is."""
+    """The faces (among `some`) of one closed surface around a place (3,), and the things in it; no faces
+    where there is no such surface."""
     chosen = np.flatnonzero(some)
     around, things = sorted_faces([faces[k] for k in chosen], [names[k] for k in chosen])
     if not around:
@@ -114,7 +114,7 @@ def _bounds(air: Cavities, cavity: int, corners: np.ndarray) -> np.ndarray:
 
 
 def _loose(pieces: _Pieces, air: Cavities, cavity: int, near: np.ndarray) -> np.ndarray:
-    """Which pieces (n_pieces,) a cavity stays closed without."""
+    """Pieces (n_pieces,) without which a cavity stays closed."""
     cells = np.argwhere(air.cell == cavity)
     low, high = air.low + np.array([cells.min(axis=0) - air.reach, cells.max(axis=0) + 1 + air.reach]
                                    ) * air.pitch
@@ -131,7 +131,8 @@ def _loose(pieces: _Pieces, air: Cavities, cavity: int, near: np.ndarray) -> np.
 
 
 def _removable(some: np.ndarray, gone: np.ndarray, closed: "_Closed") -> np.ndarray:
-    """Which of some pieces may go, after others that are gone, for a cavity to stay closed."""
+    """Pieces among `some` that may be removed with the cavity still closed, after those in `gone` are
+    removed."""
     if not len(some) or closed.without(np.concatenate([gone, some])):
         return some
     if len(some) == 1:

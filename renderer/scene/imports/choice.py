@@ -29,16 +29,16 @@ def rooms_and_things(found: Imported) -> tuple[list[Space], list[Thing], list[st
         if not things:
             raise InputError(f"FILE: {clean(found.title)} holds no faces. Export it with its surfaces.")
         spaces = [Space("room", _box_around(things))]
-        notes.append("No faces in the file are around a room: a box is drawn around all of it")
+        notes.append("No faces in the file enclose a room: the room is a box around all its contents")
     if len(spaces) > 1 and any(space.air for space in spaces):
         notes.append(f"The file holds {len(spaces)} rooms: " + "; ".join(map(_spelt, spaces[:12]))
-                     + ". --room or --inside, a point, takes another")
+                     + ". Choose another by --room, its name, or --inside, a point in it")
     return sorted(spaces, key=lambda each: _worth(each, found, things), reverse=True), things, notes
 
 
 def _rooms_of_faces(faces: list[ImportedFace], names: list[str]) -> tuple[list[Space], list[Thing]]:
-    """The rooms that faces with names enclose, and, of none or of one that is a closed surface, the things
-    of the file."""
+    """The rooms that faces with names enclose. The file's things are returned too where there is no room, or
+    one whose faces are a closed surface."""
     closed = rooms_of_cavities(faces, names, OPENINGS_M[:1])
     if closed:
         return closed, []

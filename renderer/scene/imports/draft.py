@@ -11,7 +11,7 @@ from renderer.system.files import whole_file
 
 @dataclass
 class Written:
-    """A scene that was written.
+    """The scene file that an import wrote, and sentences about it.
 
     files : all written files, the scene's first
     room : name of the room in the scene
@@ -28,7 +28,7 @@ class Written:
 
 @dataclass
 class Draft:
-    """A scene file before it is complete; folder : of its meshes, created with the first of them."""
+    """A scene file before it is complete; folder : for its meshes, made when the first is written."""
 
     target: Path
     shape: RoomShape

@@ -64,8 +64,8 @@ class _File:
         return self.found
 
     def _faces(self, space) -> list[ImportedFace]:
-        """The faces around a space: the first of its boundaries, its shell and the surfaces beside it that
-        close."""
+        """The faces around a space: its boundaries, its shell or the surfaces beside it, whichever closes
+        first."""
         boundaries = [(self.surfaces.get(item.get("surfaceIdRef")), item)
                       for item in space.findall("SpaceBoundary")]
         beside = [(surface, surface) for surface in self.surfaces.values()
@@ -96,8 +96,7 @@ class _File:
                               ) from None
         if len(ring) < 3 or not np.isfinite(ring).all() or np.abs(ring).max() > 1e9:
             raise NotImported("has a PolyLoop with fewer than three points, or one that is not finite")
-        # An InteriorFloor is missing: it is the floor of one space and the ceiling of another, and its place
-        # decides.
+        # InteriorFloor is not listed: it is the floor of one space and the ceiling of another.
         kinds = {
             "Ceiling": "ceiling", "Roof": "ceiling", "UndergroundCeiling": "ceiling", "SlabOnGrade": "floor",
             "UndergroundSlab": "floor", "RaisedFloor": "floor", "ExposedFloor": "floor",

@@ -36,7 +36,7 @@ def _section(wall: np.ndarray, height: float) -> shapely.Geometry:
     """Horizontal section of a wall (k, 3, 3) at a height [m]: its outlines, with hollows filled."""
     if wall[..., 2].min() >= height or wall[..., 2].max() <= height:
         return shapely.Polygon()
-    import trimesh  # takes a second to import, and most files have spaces
+    import trimesh  # slow to import, and not needed for files with spaces
 
     mesh = trimesh.Trimesh(wall.reshape(-1, 3), np.arange(3 * len(wall)).reshape(-1, 3), process=True)
     lines = np.round(trimesh.intersections.mesh_plane(mesh, [0, 0, 1], [0, 0, height])[:, :, :2], 4)

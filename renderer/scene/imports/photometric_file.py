@@ -6,7 +6,7 @@ from pathlib import Path, PurePath
 def photometric_file(named: str, source: Path) -> Path | None:
     """The .ies or .ldt file of that name in the folder of the file that names it, or below; None for none.
 
-    Where its path leads elsewhere, as a file's own name of another machine does, its last part counts.
+    Where its path leads elsewhere, as a path of another machine does, only the file's name counts.
     """
     folder = source.parent.resolve()
     given = named.replace("\\", "/")

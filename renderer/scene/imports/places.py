@@ -17,7 +17,8 @@ class Interior:
 
     bounds : (2, 3) [m] lowest and highest corner
     shell : (k, 3, 3) [m] the faces around it as triangles
-    air : for a room that no one surface encloses, else None; shift : (3,) [m] from its coordinates
+    air : the cavity, for a room that no single surface encloses; else None
+    shift : (3,) [m] from the cavity's coordinates to the scene's
     """
 
     bounds: np.ndarray
@@ -53,7 +54,7 @@ def is_inside(points: np.ndarray, room: Interior) -> np.ndarray:
 
 
 def is_beside(points: np.ndarray, room: Interior) -> np.ndarray:
-    """Whether points (k, 3) lie in a room; in a cavity also on what bounds it, to a cell of its grid (k,)."""
+    """Whether points (k, 3) lie in a room (k,); for a cavity also those within a cell of its walls."""
     if room.air is None:
         return is_inside(points, room)
     return room.air.cavities.beside([room.air.number], (points - room.shift)[:, None].repeat(3, axis=1))

@@ -127,8 +127,7 @@ class _Reader:
                 for corners in zip(low, low_next, high_next, high, strict=True)]
 
     def _light(self, item: Primitive, material: Primitive) -> None:
-        """Take a luminous surface: a flat one is joined later with those of its plane, any other is a
-        point."""
+        """Add a luminous surface: flat ones of one plane are joined later; any other becomes a point."""
         pattern = self.defined.get(material.modifier)
         if pattern is not None and pattern.kind == "brightdata":
             file = next((w for w in pattern.words if w.endswith(".dat")), "")
@@ -180,7 +179,7 @@ class _Reader:
         normal, origin = rings[0][2], rings[0][1][0]
         edges = np.concatenate([np.roll(ring, -1, axis=0) - ring for _, ring, _ in rings])
         lengths = np.round(np.linalg.norm(edges, axis=1) / np.abs(edges).max(), 6)
-        along = edges[np.lexsort((np.abs(edges[:, 0]), lengths))[-1]]  # of two alike that along x
+        along = edges[np.lexsort((np.abs(edges[:, 0]), lengths))[-1]]  # of equal ones that along x
         along = along * np.sign(along[np.abs(along).argmax()])
         axes = np.stack([along, np.cross(normal, along)]) / np.linalg.norm(along)
         flat = [shapely.Polygon((ring - origin) @ axes.T) for _, ring, _ in rings]
@@ -213,7 +212,7 @@ class _Reader:
                                                      rotation[:, 0], file=photometry))
                 return
         self.found.not_carried.append(f"the luminaire {name!r} ({PurePath(file).name or 'ies2rad'}): put "
-                                      f"{stem.name}.ies, of which ies2rad made it, beside the scene")
+                                       f"{stem.name}.ies, from which ies2rad made it, beside the scene")
 
 
 def _circle(center: np.ndarray, axis: np.ndarray, radius: float) -> np.ndarray:

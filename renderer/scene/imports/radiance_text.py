@@ -1,6 +1,6 @@
-"""Radiance scene files as primitives in place: the text, and the commands in it that only move and box.
+"""Radiance scene files as primitives in the scene's coordinates.
 
-No command is run. `!xform`, `!genbox`, `!cat` and the like are followed here; others are listed.
+No command in a file is run. `!xform`, `!genbox`, `!cat` and the like are interpreted here; others are listed.
 """
 
 import re
@@ -44,7 +44,7 @@ class Primitive:
 
 @dataclass
 class RadianceScene:
-    """All primitives of a file and of the files it includes; skipped : commands that were not followed."""
+    """All primitives of a file and of the files it includes; skipped : commands that are not interpreted."""
 
     beside: Beside
     primitives: list[Primitive] = field(default_factory=list)

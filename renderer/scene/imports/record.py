@@ -50,12 +50,12 @@ class ImportedFace:
 
 @dataclass(frozen=True)
 class Air:
-    """The air of a room that no one surface encloses: a cavity of a heap of faces.
+    """The air of a room that no single surface encloses: a cavity between loose faces.
 
     place : (3,) [m] far from all faces
     bounds : (2, 3) [m] lowest and highest corner
     corners : (k, 3, 3) [m] the faces around it as triangles
-    cavities, number : the file's cavities, and which of them it is
+    cavities, number : the file's cavities, and the number of this one
     """
 
     place: np.ndarray
@@ -85,7 +85,7 @@ class Space:
     """A room of the file, as the faces around it.
 
     air : None where these are one closed surface
-    things : what stands in it; None where that is to be found among the things of the file
+    things : objects in it; None where they are still to be chosen from the file's things
     """
 
     name: str

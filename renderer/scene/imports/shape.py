@@ -17,7 +17,7 @@ LEVEL_TOLERANCE = 1e-3
 
 @dataclass(frozen=True)
 class RoomShape:
-    """A room in the scene's coordinates: one of a size, an outline with a height, and faces (a mesh).
+    """A room in the scene's coordinates: a box with a size, an outline with a height, or faces (a mesh).
 
     turn : (4, 4) from the file's coordinates to the scene's
     finishes : of the six sides of a box, or of floor, ceiling and walls of an outline, by the scene's keys
@@ -149,8 +149,8 @@ def _corners(floor: shapely.Polygon, known: np.ndarray, slack: float) -> np.ndar
 
 
 def _walls(outline: np.ndarray, upright: list[ImportedFace], slack: float) -> dict[str, str] | None:
-    """The finish of each wall_k of an outline; None for a face off the walls, or a wall with several
-    finishes."""
+    """The finish of each wall of an outline, by its key "wall_k"; None where a face lies off the walls or a
+    wall has several finishes."""
     ends = np.roll(outline, -1, axis=0)
     along = ends - outline
     along /= np.linalg.norm(along, axis=1)[:, None]
@@ -206,8 +206,8 @@ def _of_box(corners: np.ndarray, finishes: dict[str, str]) -> dict[str, str]:
 
 def with_finishes(faces: list[ImportedFace], air: Air | None = None
                   ) -> tuple[list[ImportedFace], list[str]]:
-    """Faces of a room with assumed finishes where they have none, and the kinds of face for which one is
-    assumed.
+    """Faces of a room, with assumed finishes where the file gives none, and the kinds of face for which a
+    finish is assumed.
 
     The kinds are keys of ASSUMED_REFLECTANCES.
     """
@@ -220,8 +220,8 @@ def with_finishes(faces: list[ImportedFace], air: Air | None = None
 
 def finishes_by_kind(faces: list[ImportedFace], finishes: dict[str, ImportedFinish], air: Air | None
                      ) -> dict[str, ImportedFinish]:
-    """Those finishes of a room's faces that the file gives no reflectance, with the one assumed for the kind
-    of face that most of their area is."""
+    """The finishes without a reflectance in the file, each with the reflectance assumed for its kind of face:
+    the kind that has most of its area."""
     middle, areas = _mid_height(faces, air), defaultdict(lambda: defaultdict(float))
     for face in faces:
         given = finishes.get(face.finish)

@@ -69,8 +69,8 @@ def encloses(faces: list[ImportedFace]) -> bool:
 
 
 def _whole_faces(faces: list[ImportedFace], whole, chosen: np.ndarray) -> list[ImportedFace]:
-    """The file's own faces of the chosen triangles (k,), with their winding; a partly chosen face as
-    triangles."""
+    """The file's faces whose triangles (k,) are chosen, with the triangles' winding; a face chosen in part is
+    returned as triangles."""
     result = []
     area = areas(whole.vertices, whole.faces)
     for owner in np.unique(whole.part[chosen]):
@@ -103,8 +103,8 @@ def polygons_of(faces: list[ImportedFace]) -> Polygons:
 def _shell(vertices: np.ndarray, faces: np.ndarray, piece: np.ndarray) -> int | None:
     """Number of the connected piece (k,) that is around a room; None for none.
 
-    It is the largest piece that goes round a place and fills at least 0.3 of the file's extent. A piece with
-    nothing in it must be at least 1.8 m high, else it is furniture.
+    It is the largest piece that encloses some place and fills at least 0.3 of the file's extent. An empty
+    piece less than 1.8 m high is furniture.
     """
     used = vertices[faces]
     size = np.maximum(np.ptp(used, axis=(0, 1)), 1e-9)

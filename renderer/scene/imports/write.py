@@ -1,4 +1,5 @@
-"""The scene file of one imported room with the things in it, and its meshes and photometric files beside."""
+"""The scene file of one imported room and the things in it, with meshes and photometric files in a folder
+beside it."""
 
 import re
 from pathlib import Path
@@ -85,7 +86,7 @@ def _room_table(draft: Draft) -> dict:
 
 
 def _room(draft: Draft, faces: list[ImportedFace], title: str) -> tuple[dict, Room]:
-    """The room's table, and the room that a load of it gives.
+    """The room's table, and the room that loading it gives.
 
     Faces that do not close are replaced by upright walls around their floor. Raises InputError.
     """
@@ -119,7 +120,7 @@ def _read(draft: Draft, title: str) -> tuple[dict, Room]:
 
 def _settled(draft: Draft, title: str, room_table: dict, objects: list[dict], lamps: list[dict],
              room: places.Interior) -> None:
-    """Write the scene without the objects and luminaires that a load of it refuses, and list these."""
+    """Write the scene without the objects and luminaires that loading it refuses, and list these."""
     boxes = np.array([_extent_of(entry, draft) for entry in objects]).reshape(-1, 2, 3)
     spot, apart = places.middle(draft.shape, room)
     camera = places.camera_table(room, boxes)

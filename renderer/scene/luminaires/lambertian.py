@@ -30,7 +30,7 @@ class _Cosine:
 
 
 class LambertianPoint(_Cosine, PointLuminaire):
-    """A point whose intensity is as the cosine of the angle from its normal."""
+    """A point whose intensity is proportional to the cosine of the angle from its normal."""
 
     def share_on(self, mesh, patch: np.ndarray) -> np.ndarray:
         center, normal = (np.broadcast_to(x, (len(patch), 3)) for x in (self.center, self.normal))
@@ -56,12 +56,13 @@ class LambertianFace(_Cosine, ExtendedLuminaire):
         whole = (height >= -slack).all(axis=1) & (side[..., 0] >= -slack).all(axis=1)
         whole &= _in_front(mesh, patch, self.center)
         flux[whole] = self._on_whole(mesh, patch[whole])
-        # The luminaire's plane cuts these patches, or their plane cuts the luminaire.
+        # NaN where the luminaire's plane cuts the patch, or the patch's plane cuts the luminaire.
         flux[~whole & (height > slack).any(axis=1) & (side[..., 0] > slack).any(axis=1)] = np.nan
         return flux
 
     def _on_whole(self, mesh, patch: np.ndarray) -> np.ndarray:
-        """Share (k,) of the luminaire's lumens on patches that lie wholly before it, and it before them."""
+        """Share (k,) of the luminaire's lumens on patches that lie wholly in front of it and have it wholly
+        in front of them."""
         away = mesh.centroid[patch] - self.center
         radius = np.linalg.norm(self.outline - self.center, axis=1).max()
         distance = np.maximum(away @ self.normal, np.linalg.norm(away, axis=1) - radius)  # lower bound

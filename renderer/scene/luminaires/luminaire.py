@@ -53,7 +53,7 @@ class Luminaire(ABC):
     axes = np.eye(3)
     """Unit vectors (3, 3) along C0, C90 and the nadir."""
     longest_piece = MAX_PIECE_SHARE
-    """Length of a piece, relative to its distance, across which intensities are about linear."""
+    """Largest length of a piece, relative to its distance, over which intensities are nearly linear."""
 
     @abstractmethod
     def intensity(self, away: np.ndarray) -> np.ndarray:
@@ -91,10 +91,10 @@ class Luminaire(ABC):
     def share_on(self, mesh, patch: np.ndarray) -> np.ndarray:
         """Share (k,) of the lumens that each patch of the mesh receives without obstruction.
 
-        NaN for a patch that needs a sum over points on it. In this method patches are halved down to twice
-        the length of pieces of an opening; the errors of neighbouring pieces cancel.
+        NaN for a patch that needs a sum over points on it. Patches are halved down to twice the length of the
+        opening's pieces; the errors of neighbouring pieces cancel.
         """
-        # Light is bounded where the opening touches a patch, so pieces need not be shorter than this.
+        # Illuminance stays finite where the opening touches a patch, so pieces need not be shorter than this.
         smallest = 0.05 * np.sqrt(max((face.area for face in self.opening), default=0.0))
 
         def longest(middle: np.ndarray) -> np.ndarray:
@@ -105,8 +105,8 @@ class Luminaire(ABC):
         return flux_on_patches(mesh, patch, self._may_reach(mesh, patch), self.illuminance, longest)
 
     def _may_reach(self, mesh, patch: np.ndarray) -> np.ndarray:
-        """Whether patches (k,) may receive light: part of the opening is before them, and part of them before
-        it."""
+        """Whether patches (k,) may receive light: part of the opening is in front of the patch, and part of
+        the patch in front of the opening."""
         slack, half = 1e-9 * mesh.scale, self.half_box
         normal = mesh.normal[patch]
         height = ((self.center - mesh.centroid[patch]) * normal).sum(axis=1)
@@ -121,8 +121,11 @@ class Luminaire(ABC):
         return np.zeros(3)
 
     def brought(self, places: np.ndarray, normals: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """Illuminance (k, n), up to a factor, at places (k, 1 or n, 3) with normals (k, 1, 3) from points (k,
-        n, 3) on the luminaire."""
+        """Illuminance (k, n), up to a constant factor, from points of the luminaire.
+
+        places, normals : (k, 1 or n, 3) [m] and (k, 1, 3) of the meters
+        targets : (k, n, 3) [m] points on the luminaire
+        """
         reach = targets - places
         distance = np.sqrt(np.maximum(np.einsum("kni,kni->kn", reach, reach), 1e-200))
         incidence = np.einsum("kni,ki->kn", reach, normals[:, 0]).clip(0)
@@ -144,7 +147,7 @@ class Luminaire(ABC):
 
     @property
     def geometry(self) -> list[np.ndarray]:
-        """Arrays that the distribution of the luminaire's light depends on, without its lumens."""
+        """Arrays that determine the luminaire's light per lumen; the key of the cache."""
         return [self.center, self.normal, np.array(type(self).__name__.encode()), self.corners]
 
 
@@ -210,7 +213,7 @@ class ExtendedLuminaire(Luminaire):
         return self.body.spread(square)
 
     def aimed(self, places: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points on the face that rays from places aim at, as `Outline.aimed`."""
+        """Points on the face at which rays from places aim, and their areas: see `Outline.aimed`."""
         return self.body.aimed(places, square)
 
     def distance(self, away: np.ndarray) -> np.ndarray:

@@ -38,8 +38,8 @@ class Measured:
 
     @property
     def longest_piece(self) -> float:
-        """Length of a piece, relative to its distance, across which the table is about linear; at least
-        0.12."""
+        """Largest length of a piece, relative to its distance, over which the table is nearly linear; at
+        least 0.12."""
         return float(np.clip(3 * self.distribution.step, 0.12, MAX_PIECE_SHARE))
 
     @property
@@ -58,7 +58,7 @@ class Measured:
 
     @property
     def geometry(self) -> list[np.ndarray]:
-        """Arrays that the distribution of the luminaire's light depends on, without its lumens."""
+        """Arrays that determine the luminaire's light per lumen; the key of the cache."""
         table = self.distribution
         arrays = [table.azimuth, table.polar, table.candela, np.array(table.kind.encode()), self.axes]
         return [*super().geometry, *arrays]

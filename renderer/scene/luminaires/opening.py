@@ -1,6 +1,6 @@
 """Luminaires with intensities that leave through an opening.
 
-Every place of the opening sends its share of the intensity in each direction, so that the illuminance far
+Each element of the opening sends its share of the intensity in every direction, so that the illuminance far
 away is I/d².
 """
 
@@ -36,7 +36,8 @@ class OpeningFace:
         return float(np.linalg.norm(np.cross(self.u, self.v))) * (np.pi if self.elliptic else 1.0)
 
     def at(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Points (…, 3) [m] of the face from coordinates of the unit square, with areas in proportion."""
+        """Points (…, 3) [m] of the face from coordinates (…) of the unit square; equal areas map to equal
+        areas."""
         if self.elliptic:
             r, turn = np.sqrt(s)[..., None], 2 * np.pi * t[..., None]
             return self.middle + r * (np.cos(turn) * self.u + np.sin(turn) * self.v)
@@ -45,7 +46,7 @@ class OpeningFace:
 
 @dataclass(frozen=True)
 class OpeningLuminaire(ExtendedLuminaire):
-    """A source whose flat faces send an intensity given by direction.
+    """A source whose flat faces together send an intensity that depends on direction.
 
     opening : the faces, relative to the centre
     """
@@ -62,7 +63,7 @@ class OpeningLuminaire(ExtendedLuminaire):
         return self.intensity(away / np.maximum(np.linalg.norm(away, axis=-1), 1e-300)[..., None])
 
     def illuminance(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """As `Luminaire.illuminance`: E = Σ_faces ∫ I(d) cos θ_face / A_p(d) · cos θ / r² dA.
+        """Illuminance per lumen, as in `Luminaire`: E = Σ_faces ∫ I(d) cos θ_face / A_p(d) · cos θ / r² dA.
 
         The opening's luminance toward a direction is I over its projected area (CIE 117-1995), uniform over
         the opening.
@@ -77,7 +78,8 @@ class OpeningLuminaire(ExtendedLuminaire):
                 # Height of the face above the point's horizon.
                 spread = np.abs(n @ face.u) + np.abs(n @ face.v)
                 above = ((middle - p) * n).sum(axis=1) + spread > 0
-                # In the plane of a plate that stands for a solid, the front sends the light of both faces.
+                # For a plate that stands for a solid, points in its plane get the light of both faces from
+                # the front alone.
                 before = ahead >= 0 if face is self.opening[0] and len(self.opening) == 2 else ahead > 0
                 lit = np.flatnonzero(before & above)
                 light[start + lit] += _from_face(p[lit], n[lit], self, face)
@@ -131,7 +133,7 @@ def _from_face(p: np.ndarray, n: np.ndarray, luminaire: OpeningLuminaire, face: 
 def _rule(face: OpeningFace, sides: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Places (m, 3) [m] on a face and the share (m,) of its area that each stands for.
 
-    Along each side there are two, and 1.6 more for each length `reach` [m] of the side.
+    Along each side there are two places, and 1.6 more for each length `reach` [m] of the side.
     """
     if face.elliptic:  # along the radius, and at equal steps around
         counts = [2 + int(max(sides) / 2 / reach), 6 + 2 * int(np.pi * max(sides) / 2 / reach)]
@@ -189,7 +191,7 @@ def _sent(p, n, at, luminaire: OpeningLuminaire, face: OpeningFace) -> np.ndarra
     light /= distance2
     light /= np.sqrt(distance2, out=distance2)
     faces = [(each.area, luminaire.axes @ each.normal) for each in luminaire.opening]
-    if len(faces) == 2:  # the cosine cancels, without a division by 0 at grazing angles
+    if len(faces) == 2:  # cos θ_face cancels against A_p; dividing would give 0/0 at grazing angles
         light /= face.area * luminaire.table_lumens
         return light
     seen = sum(area * _along(reach, normal) for area, normal in faces)

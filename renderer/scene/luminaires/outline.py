@@ -1,4 +1,5 @@
-"""The outline of a luminaire: the points that rays aim at, its distance, its division into patches."""
+"""The outline of a luminaire: points at which rays aim, its distance from points, its division into
+patches."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
@@ -190,8 +191,8 @@ def ellipse_about(center: np.ndarray, normal: np.ndarray, u: np.ndarray, v: np.n
 
 
 def ellipse(center: np.ndarray, u: np.ndarray, v: np.ndarray, corners: int) -> np.ndarray:
-    """Corners (k, 3) of a polygon with the area of the ellipse of half axes u and v: the same lumens, and the
-    same illuminance far away."""
+    """Corners (k, 3) of a polygon with the area of the ellipse of half axes u and v, so that lumens and far
+    illuminance are those of the ellipse."""
     angle = 2 * np.pi * np.arange(corners) / corners
     swell = np.sqrt(2 * np.pi / corners / np.sin(2 * np.pi / corners))
     return center + swell * (np.outer(np.cos(angle), u) + np.outer(np.sin(angle), v))

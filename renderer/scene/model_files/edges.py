@@ -30,7 +30,7 @@ class Edges:
         return np.bincount(sides, minlength=self.count)
 
     def balance(self, chosen: np.ndarray) -> np.ndarray:
-        """Number of chosen faces (k,) that run forward along each edge, less those that run back."""
+        """Number of chosen faces (k,) that run forward along each edge, minus those that run back."""
         sides = np.repeat(chosen, 3)
         return np.bincount(self.edge[sides], np.where(self.forward[sides], 1, -1), self.count).astype(int)
 

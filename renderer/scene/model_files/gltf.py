@@ -1,4 +1,5 @@
-"""glTF 2.0 files, text and binary (Khronos, ISO/IEC 12113:2022): +Y up, in metres, colours linear BT.709."""
+"""The reader of glTF 2.0 files, text and binary (ISO/IEC 12113:2022): +Y up, metres, colours linear
+BT.709."""
 
 import json
 import struct
@@ -12,7 +13,7 @@ from renderer.scene.model_files.textures import mean_colour
 
 
 def read_gltf(data: bytes, beside: Beside) -> ModelFile:
-    """Read a glTF or GLB file: the meshes of its scene, animations and skins in their first pose. Raises
+    """Read a glTF or GLB file: the meshes of its scene, with animations and skins in their first pose. Raises
     Unreadable."""
     root, binary = _parsed(data)
     version = str(root.get("asset", {}).get("version", "1.0"))

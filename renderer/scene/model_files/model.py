@@ -18,7 +18,7 @@ class Model:
 
     shapes : the faces as solids and sheets
     names, colours : of each part, as in `Polygons`
-    polygons : their number in the file
+    polygons : number of polygons in the file
     taken, notes : as in `Polygons`
     """
 

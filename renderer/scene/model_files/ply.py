@@ -64,9 +64,9 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
             length = types[words[2]] if words[1] == "list" else ""
             elements[-1].properties.append((words[-1], types[words[-2]], length))
     if any(not element.properties for element in elements):
-        raise Unreadable("has a header that says nothing of one of its elements; export it again")
+        raise Unreadable("has a header that does not describe one of its elements; export it again")
     if order is None:
-        raise Unreadable("is of no format that PLY has; export it again")
+        raise Unreadable("states a format that PLY does not have; export it again")
     if any(element.count < 0 or element.count > len(data) for element in elements):
         raise Unreadable("is cut short; copy it again")
     return order, elements, body
@@ -108,7 +108,7 @@ class _Text:
                     columns[name].append(float(row[at]))
                     at += 1
             if at > len(row):
-                raise Unreadable("has a face of fewer corners than it says; export it again")
+                raise Unreadable("has a face with fewer corners than it states; export it again")
         return columns
 
 

@@ -49,7 +49,7 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
 
     where : scene file and key, for messages
     scale : factor on all lengths
-    units, up : in place of the file's own unit and axis; None for these
+    units, up : unit and up axis to use instead of the file's own; None for the file's own
     root : the scene's folder, in which the file may name others; None for only the file's own folder
     """
     kind = path.suffix.lower().lstrip(".")
@@ -76,7 +76,7 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
 
 
 def _unread_format(ending: str) -> str:
-    """What a file with the ending of another program is, for a message."""
+    """The format of a file with the suffix of a program whose files are not read, for a message."""
     names = {"skp": "SketchUp", "3ds": "3D Studio", "fbx": "FBX", "blend": "Blender", "ifc": "IFC",
              "dwg": "AutoCAD", "dxf": "DXF", "step": "STEP", "stp": "STEP", "iges": "IGES", "igs": "IGES",
              "3dm": "Rhino", "usdz": "USD", "usd": "USD", "usda": "USD", "usdc": "USD", "x3d": "X3D",

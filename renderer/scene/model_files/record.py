@@ -41,7 +41,7 @@ class ModelFile:
 
     up : "z" or "y", the up axis
     metres : one unit of the file [m]
-    said : whether the file's format states axis and unit; else they are assumed
+    said : whether the file or its format states axis and unit; else they are assumed
     notes : sentences about contents that were not read
     """
 

@@ -1,7 +1,7 @@
 """Division of a model's faces into solids, whose faces enclose a volume, and sheets, which are all others.
 
-Faces around a volume that count as sheets give the same light in the room, because their inner sides stay
-dark. So faces count as sheets wherever it is doubtful whether they enclose a volume.
+Doubtful faces count as sheets. If they enclose a volume after all, the light in the room is unchanged,
+because their inner sides stay dark.
 """
 
 from dataclasses import dataclass
@@ -68,8 +68,8 @@ def areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _flat_regions_once(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces (k,) of the first flat region with each border, and those of them (k,) whose region occurs with
-    the opposite winding too. A file may contain one polygon twice, triangulated in two ways."""
+    """Faces (k,) of the first flat region with each border, and those of them (k,) whose region also occurs
+    with the opposite winding. A file may contain a polygon twice, triangulated in two ways."""
     edges, every = Edges(faces), np.ones(len(faces), dtype=bool)
     crosses = np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2)))
     normals = crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
@@ -150,7 +150,7 @@ def _solids(vertices: np.ndarray, faces: np.ndarray, edges: Edges, chosen: np.nd
 
 
 def _without_open_edges(edges: Edges, chosen: np.ndarray) -> np.ndarray:
-    """Those of some faces (k,) that have no open edge, nor get one as faces with open edges are removed."""
+    """Faces (k,) that are left when chosen faces with an open edge are removed until there are none."""
     core = chosen.copy()
     while True:
         open_ = edges.uses(core) == 1
@@ -188,8 +188,8 @@ def _balanced(vertices: np.ndarray, faces: np.ndarray, edges: Edges, core: np.nd
 
 
 def _closed_surfaces(vertices: np.ndarray, faces: np.ndarray, edges: Edges, core: np.ndarray) -> np.ndarray:
-    """The number of each face's closed surface (k,). Solids that share only an edge are two: where more than
-    two faces meet at an edge, those with solid matter between them belong together."""
+    """The number of each face's closed surface (k,). Where more than two faces meet at an edge, faces with
+    solid matter between them belong together, so that solids that share only an edge stay separate."""
     one, other, _ = edges.pairs(core)
     crowded = np.flatnonzero(np.repeat(core, 3) & (edges.uses(core)[edges.edge] > 2))
     if len(crowded):
@@ -227,8 +227,8 @@ def _pairs_at_edge(vertices: np.ndarray, faces: np.ndarray, edges: Edges, sides:
 
 def _without_thickness(vertices: np.ndarray, faces: np.ndarray, edges: Edges, solid: np.ndarray
                        ) -> tuple[np.ndarray, np.ndarray]:
-    """Faces (k,) of closed surfaces without volume: the two sides of a sheet, triangulated in two ways. And
-    those of them (k,) that are the second side."""
+    """Faces (k,) of closed surfaces without volume, which are the two sides of a sheet, triangulated in two
+    ways; and those of them (k,) on the second side."""
     flat, second = np.zeros(len(faces), dtype=bool), np.zeros(len(faces), dtype=bool)
     ids = np.unique(solid[solid >= 0])
     if not len(ids):

@@ -23,8 +23,8 @@ def triangles_of_polygons(vertices: np.ndarray, corners: np.ndarray, sizes: np.n
                  ) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (k, 3) of polygons, and the polygon (k,) of each; arguments as for `newell`.
 
-    A quadrilateral is cut along a diagonal inside it; polygons with more corners by ear clipping in their
-    plane (mapbox-earcut).
+    A quadrilateral is cut along a diagonal inside it; polygons with more corners are cut by ear clipping in
+    their plane (mapbox-earcut).
     """
     starts = np.cumsum(sizes) - sizes
     found, owner = [], []
@@ -70,7 +70,7 @@ def _quadrilaterals(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
 
 
 def _uncrossed(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """Quadrilaterals (k, 4), the corners of those whose sides cross in the order that goes round them."""
+    """Quadrilaterals (k, 4), with corners reordered where their sides cross."""
     def area(order: np.ndarray) -> np.ndarray:
         a, b, c, d = vertices[order].transpose(1, 0, 2)
         return np.cross(c - a, d - b)
@@ -85,7 +85,7 @@ def _uncrossed(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
 
 
 def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Whether segments from a to b and from c to d (k, 3), about in one plane, cross within both (k,)."""
+    """Whether segments from a to b and from c to d (k, 3), which lie nearly in one plane, cross (k,)."""
     over, under = np.cross(b - a, c - a), np.cross(b - a, d - a)
     left, right = np.cross(d - c, a - c), np.cross(d - c, b - c)
     return (np.einsum("ki,ki->k", over, under) < 0) & (np.einsum("ki,ki->k", left, right) < 0)

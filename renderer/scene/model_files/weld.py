@@ -9,7 +9,7 @@ from renderer.scene.model_files.read import Polygons
 from renderer.scene.model_files.triangulate import newell, triangles_of_polygons
 
 WELD_DISTANCE = 1e-7
-"""Largest distance between vertices that are one, relative to the longest side: the resolution of single
+"""Largest distance between vertices that are merged, relative to the longest side: the resolution of single
 precision."""
 
 
@@ -46,7 +46,7 @@ def facets(file: Polygons) -> Facets:
 
 
 def welded(vertices: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (m, 3) at least `near` [m] apart, and the index (n,) of the one that each of (n, 3) became."""
+    """Vertices (m, 3) at least `near` [m] apart, and the index (n,) in them of each given vertex (n, 3)."""
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
@@ -69,7 +69,8 @@ def heights(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _cleaned(corners: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Polygons without repeated neighbouring corners, of those that keep three corners, and their indices."""
+    """Polygons without repeated neighbouring corners, if three or more corners are left, and their
+    indices."""
     starts = np.cumsum(sizes) - sizes
     before = np.arange(len(corners)) - 1
     before[starts] = starts + sizes - 1
@@ -89,7 +90,7 @@ def _once(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -> tuple
     for count in np.unique(sizes):
         some = np.flatnonzero(sizes == count)
         rows = np.sort(corners[starts[some][:, None] + np.arange(count)], axis=1)
-        if count * np.log2(len(vertices) + 1) < 63:  # one number for each row is sorted many times as fast
+        if count * np.log2(len(vertices) + 1) < 63:  # rows packed into one integer sort faster
             rows, axis = np.ravel_multi_index(rows.T, [len(vertices)] * count), None
         else:
             axis = 0

@@ -88,7 +88,7 @@ class Distribution:
 
     @cached_property
     def peak(self) -> tuple[float | None, float]:
-        """Direction C and γ [°] of the largest intensity, of least C where several are equal.
+        """Direction C and γ [°] of the largest intensity; among equals the one of least C.
 
         C is None for a direction straight down or up, and for a table that depends on the polar angle only.
         """
@@ -121,7 +121,7 @@ class Distribution:
 
     @cached_property
     def _shares_beyond(self) -> dict[tuple, float]:
-        """Results of `beyond` by direction: the luminaires of an array ask for the same one."""
+        """Results of `beyond` by direction, because all luminaires of an array ask for one direction."""
         return {}
 
     def _share_beyond(self, normal: np.ndarray) -> float:

@@ -80,7 +80,7 @@ def read_eulumdat(text: str) -> Photometry:
         faults.append(f"it states a downward flux fraction of {downward:g} %; its intensities give "
                       f"{down:.3g} %")
     opening_in_metres([length, width, *heights], "millimetres", faults)
-    # Length lies across C0, as a tube does in the European convention.
+    # The length lies across C0: the European convention for tubes.
     shape = (Shape if width or not length else Cylinder)(width or length, length, float(np.mean(heights)))
     return Photometry("EULUMDAT", lines[8].strip(), distribution, lumens if lamps > 0 else None, stated,
                       watts if 0 < watts < 1e7 else None, shape, tuple(faults))

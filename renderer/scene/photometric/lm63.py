@@ -130,7 +130,7 @@ def _refuse_decimal_commas(lines: list[str], start: int, tilt: str) -> None:
     wanted = len(FIELDS) + len(FACTORS) + n_vertical + n_horizontal + n_vertical * n_horizontal
     if len(numbers) - first == wanted:
         raise ValueError(f"writes its decimals with a comma: line {at + 1} is "
-                         f"{' '.join(lines[at].split())[:40]!r}, and in LM-63 a comma parts two numbers. "
+                         f"{' '.join(lines[at].split())[:40]!r}; in LM-63 a comma separates numbers. "
                          "Write decimal points")
 
 
@@ -148,15 +148,14 @@ def _refuse_missing_factors(numbers: Numbers, n_vertical: int, n_horizontal: int
 
 
 def _is_generation_type(numbers: Numbers, faults: list[str]) -> bool:
-    """Whether the ballast-lamp factor of a file without an edition is the file generation type of LM-63-2019.
-
-    That type has a digit for each of five questions about the origin of the file.
+    """Whether the ballast-lamp factor of a file without an edition is the file generation type of LM-63-2019,
+    which has a digit for each of five questions about the origin of the file.
     """
     factors = numbers.ahead(len(FACTORS))
     if len(factors) < 2 or not re.fullmatch(r"1\.[01]{5}", factors[1]):
         return False
-    faults.append(f"it names no edition; its {factors[1]} is written as the file generation type of "
-                  "LM-63-2019 and taken for that, not for a ballast-lamp factor")
+    faults.append(f"it names no edition; its {factors[1]} has the form of the file generation type of "
+                  "LM-63-2019 and is not used as a factor")
     return True
 
 
@@ -219,7 +218,7 @@ def _note_range(horizontal: np.ndarray, faults: list[str]) -> None:
     else:
         raise ValueError(f"has horizontal angles from {first:g} to {last:g}; must be 0 alone, 0 to 90, 0 "
                          "to 180, 90 to 270 or 0 to 360. Correct them")
-    faults.append(f"its horizontal angles go from {first:g} to {last:g}°, which LM-63 does not know; they "
+    faults.append(f"its horizontal angles go from {first:g} to {last:g}°, which LM-63 does not define; they "
                   f"are {how}")
 
 
@@ -241,7 +240,8 @@ def _type_a_or_b(vertical, horizontal, candela, kind: str, faults: list[str]) ->
 def _lamp_lumens(field: dict[str, float], flux: float, faults: list[str]) -> float | None:
     """Flux [lm] of all lamps; None in absolute photometry.
 
-    flux : of the intensities without the ballast factor [lm]; one more than 2 % above the lamps' is noted
+    flux : of the intensities without the ballast factor [lm]; noted where it is over 2 % above the lamps'
+    flux
     """
     each = field["lumens per lamp"]
     if each < 0:

@@ -51,8 +51,9 @@ class Numbers:
                           f"{'are' if len(rest) > 1 else 'is'} not read")
             return
         if re.match(r"[+-]?\.?\d", rest[0]):
-            raise ValueError(f"has {len(rest)} numbers more than its counts say, so which are which is not "
-                             "known. Correct the counts")
+            raise ValueError(f"has {len(rest)} numbers more than its counts state, so they cannot be "
+                             f"assigned. "
+                             "Correct the counts")
         faults.append(f"it goes on after its last number with {rest[0][:20]!r}, which is not read")
 
 
@@ -84,7 +85,7 @@ def ascending(angles: np.ndarray, name: str, low: float, high: float, least: int
     back = np.flatnonzero(np.diff(angles) < 1e-6)
     if len(back):
         a, b = angles[back[0]], angles[back[0] + 1]
-        raise ValueError(f"has {name} that do not rise: {b:g} after {a:g}. Correct or remove one")
+        raise ValueError(f"has {name} that do not ascend: {b:g} after {a:g}. Correct or remove one")
     if angles[0] < low or angles[-1] > high:
         raise ValueError(f"has {name} from {angles[0]:g} to {angles[-1]:g}; must be within {low:g} to "
                          f"{high:g} degrees. Correct them")
@@ -113,8 +114,8 @@ def checked_intensities(candela: np.ndarray, faults: list[str]) -> np.ndarray:
 
 
 def note_poles(angles: np.ndarray, candela: np.ndarray, faults: list[str]) -> None:
-    """Note planes (m, n) [cd] that differ by more than 5 % straight down or up, at polar angles (n,) [°] 0
-    and 180."""
+    """Note planes (m, n) [cd] that differ by more than 5 % straight down (0°) or up (180°); angles : (n,)
+    [°]"""
     for column, pole, where in ((0, 0.0, "down"), (-1, 180.0, "up")):
         light = candela[:, column]
         if angles[column] == pole and np.ptp(light) > 0.05 * light.max():
@@ -123,7 +124,7 @@ def note_poles(angles: np.ndarray, candela: np.ndarray, faults: list[str]) -> No
 
 
 def note_radiometric(labels: list[str], faults: list[str]) -> None:
-    """Note a label by which the values are not candela."""
+    """Note a label according to which the values are not candela."""
     said = next((line for line in labels if re.search(
         r"radiometric|\b[mµu]?W\s*/\s*sr\b|watts?\s+per\s+steradian|radiant\s+intensity"
         r"|[µμu]mol|photosynthetic|\bPPFD?\b", line, re.IGNORECASE)), None)
@@ -133,7 +134,7 @@ def note_radiometric(labels: list[str], faults: list[str]) -> None:
 
 
 def opening_in_metres(size: list[float], unit: str, faults: list[str]) -> list[float]:
-    """Signed dimensions [m] of a luminous opening; from 20 "metres" on they are taken as millimetres.
+    """Signed dimensions [m] of a luminous opening; from 20 "metres" on they are read as millimetres.
 
     unit : of the file; a side over 5 m is noted
     """

@@ -89,8 +89,8 @@ def shape_of_lm63(width: float, length: float, height: float, since_2002: bool,
                   faults: list[str]) -> Shape:
     """The luminous opening of an IES LM-63 file from its signed dimensions [m]; a negative one is round.
 
-    LM-63-2002 and -2019, table 1. Earlier editions (LM-63-1995, 3.12) have no upright circle: its signs mean
-    a sphere there, and those of a lying cylinder an ellipsoid.
+    Signs follow table 1 of LM-63-2002 and -2019. In earlier editions (LM-63-1995, 3.12) the signs of an
+    upright circle mean a sphere, and those of a lying cylinder an ellipsoid.
     """
     signs = tuple(int(np.sign(x)) for x in (width, length, height))
     size = [abs(length), abs(width), abs(height)]
@@ -128,6 +128,6 @@ def _round_in_height(signs: tuple[int, int, int], size: list[float], since_2002:
         return Cylinder(length, height, height, axis=C0)
     if across == (1, 0):
         return Cylinder(height, width, height, axis=C90)
-    faults.append("its luminous opening has a negative height and neither length nor width is: no edition of "
-                  "LM-63 knows that; a box is assumed")
+    faults.append("its luminous opening has a negative height but no negative length or width, which no "
+                  "edition of LM-63 defines; a box is assumed")
     return Shape(*size)
