@@ -65,7 +65,7 @@ def test_a_rug_as_one_sheet_on_the_floor_is_in_the_room(loaded, tmp_path):
 
 def test_a_room_of_two_boxes_that_cross_about_the_lamp_is_refused(loaded):
     corners, faces = merged([[0, 0, 0], [5, 2, 2.7]], [[0, 0, 0], [2, 4, 2.7]])
-    with pytest.raises(renderer.InputError, match=r"two closed surfaces that cross about \[1, 1, 2\.2\]"):
+    with pytest.raises(renderer.InputError, match=r"two closed surfaces that cross near \[1, 1, 2\.2\]"):
         loaded(corners, faces, lamp=(1, 1, 2.2))
 
 

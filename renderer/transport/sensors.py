@@ -1,8 +1,8 @@
 """Readings and pictures as linear functions of the light on the surfaces.
 
-A pixel or a photometer adds up radiosity from places on patches, each with a weight. Direct light there is
-computed exactly, with shadows; indirect light is interpolated between vertices. The sum depends on geometry
-alone until reflectances and fluxes are put in, so one sensor serves every material and band.
+A pixel or a photometer is a weighted sum of radiosity over places on patches. Direct light at these places is
+computed exactly, with shadows; indirect light is interpolated between vertices. The weights depend on
+geometry alone, so one sensor serves all materials and bands.
 """
 
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from renderer.transport.transport import Transport
 
 @dataclass(frozen=True)
 class Sensor:
-    """Rows of weights, one a pixel or photometer, on the light that leaves the surfaces.
+    """Weights on the light that leaves the surfaces; one row for each pixel or photometer.
 
     direct : (rows, n_surfaces · n_luminaires) [m⁻²] per unit reflectance and lumen
-    indirect : (rows, n_vertices) on the indirect light that each vertex reflects
-    means : (rows, n_patches) on the mean indirect light that each patch reflects
+    indirect : (rows, n_vertices) of the indirect light that each vertex reflects
+    means : (rows, n_patches) of the mean indirect light that each patch reflects
     """
 
     direct: sparse.csr_array
@@ -31,7 +31,8 @@ class Sensor:
 
     @property
     def about_means(self) -> bool:
-        """Whether indirect light is taken from patches, and from vertices only as it varies across them."""
+        """Whether indirect light is read from means over patches, with only the variation across them from
+        vertices."""
         return self.means.nnz > 0
 
     def direct_radiosity(self, reflectance: np.ndarray, flux: np.ndarray) -> np.ndarray:
@@ -47,7 +48,7 @@ class Sensor:
         """Weighted sum of light reflected more than once (rows, n_bands).
 
         vertex_radiosity : (n_vertices, n_bands)
-        patch_radiosity : (n_patches, n_bands), where the sensor takes indirect light from patches
+        patch_radiosity : (n_patches, n_bands), for a sensor that reads indirect light from patches
         """
         smooth = self.indirect @ vertex_radiosity
         return smooth if patch_radiosity is None else smooth + self.means @ patch_radiosity
@@ -55,10 +56,11 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Spread:
-    """Pieces of patches that points stand for.
+    """Pieces of patches that are each represented by a point.
 
-    corners : (k, 4, 2) of the pieces, as s and t; places : (k, replicas, 2) where shadow rays start, likewise
-    bare : (k, n_luminaires) mean illuminance per lumen of each piece with nothing between [m⁻²]
+    corners : (k, 4, 2) s and t of the pieces' corners
+    places : (k, replicas, 2) s and t of the places from which shadow rays start
+    bare : (k, n_luminaires) mean unobstructed illuminance per lumen of each piece [m⁻²]
     """
 
     corners: np.ndarray
@@ -70,7 +72,8 @@ def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndar
               rays: int = SHADOW_RAYS, replicas: int = 1, spread: Spread | None = None) -> np.ndarray:
     """Illuminance per lumen at points (s, t) on patches (replicas, k, n_luminaires) [m⁻²]; 0 on luminaires.
 
-    seed : tells uses apart; rays : shadow rays to each luminaire; spread : pieces that the points stand for
+    seed : a different one for each use; rays : number of shadow rays to each luminaire; spread : pieces that
+      the points represent
     """
     mesh = transport.mesh
     bright = transport.reflecting[patch]
@@ -90,13 +93,13 @@ def direct_on(transport: Transport, patch: np.ndarray, s: np.ndarray, t: np.ndar
 
 def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray, s: np.ndarray,
           t: np.ndarray, weight: np.ndarray, per_lumen: np.ndarray, conserving: bool = False) -> list[Sensor]:
-    """Sensors that add up `weight` × radiosity at points (s, t) on patches, by row: one for each replica of
-    the weights.
+    """Sensors that add up `weight` × radiosity at points (s, t) on patches in each row. There is one sensor
+    for each replica of the weights.
 
     row, patch, s, t : (k,); weight : (replicas, k)
     per_lumen : (replicas, k, n_luminaires), from `direct_on`
-    conserving : whether indirect light is interpolated about each patch's mean, so that a patch as a whole
-        sends what it received; else between vertices alone, so that pictures show no seams
+    conserving : whether indirect light is interpolated about each patch's mean, so that each patch reflects
+      what it received; else it is interpolated between vertices alone, so that pictures show no seams
     """
     mesh, n_luminaires = transport.mesh, len(transport.luminaires)
     bright = np.flatnonzero(transport.reflecting[patch])
@@ -125,7 +128,8 @@ def sense(transport: Transport, n_rows: int, row: np.ndarray, patch: np.ndarray,
 
 
 def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
-    """What an eye (3,) [m] sees along directions (k, 3): patch (k,) or a negative number, and (s, t)."""
+    """The patch (k,) that an eye (3,) [m] sees along each of directions (k, 3), or a negative number for
+    none, and the place (s, t) on it."""
     mesh, n = transport.mesh, len(directions)
     patch, s, t = np.empty(n, dtype=np.int64), np.empty(n), np.empty(n)
 
@@ -145,8 +149,8 @@ def seen_from(transport: Transport, eye: np.ndarray, directions: np.ndarray):
 
 def emitted(transport: Transport, n: int, row: np.ndarray, surface: np.ndarray, weight: np.ndarray,
             away: np.ndarray) -> sparse.csr_array:
-    """Radiosity per lumen that each row sees of luminaires' faces (n, n_luminaires) [m⁻²]: π times the
-    luminance toward it.
+    """Weighted sum of π times the luminance per lumen of luminaires' faces toward the eye (n, n_luminaires)
+    [m⁻²], by row.
 
     row, surface, weight : (k,); away : (k, 3) unit, from each surface to the eye
     """

@@ -1,6 +1,6 @@
-"""All that geometry alone decides about light in a room, computed once.
+"""Everything about light in a room that depends on geometry alone, computed once.
 
-Rooms of one shape share it, whatever their materials and bands; so do their pictures.
+All materials, bands and pictures of a room share it.
 """
 
 import time
@@ -39,24 +39,25 @@ from renderer.transport.rays.sampling import REPLICAS, Stream
 
 
 def compute(_name: str, make: Callable[[], Arrays]) -> Arrays:
-    """The arrays that `make` returns: nothing is kept between runs."""
+    """The arrays that `make` returns, without a cache."""
     return make()
 
 
 @dataclass
 class Transport:
-    """The mesh of a room and its operators, per lumen and per unit of radiosity; each is computed when first
-    asked for.
+    """The mesh of a room and its operators, per lumen and per unit of radiosity. Each is computed at its
+    first use.
 
     room, mesh, luminaires, seed
     faces : surface and luminaire of each luminaire's face
-    rays_per_patch : asked for; 0 where nothing can stand between two points
+    rays_per_patch : requested number; 0 where nothing can stand between two points
     ray_scene : None where nothing can stand between two points
     remember : called with a name and a function that computes arrays; returns those arrays
     elsewhere : casts the rays of a large mesh on other machines; None for this machine
-    pair_rays_allowed : whether rays may go between doubtful pairs alone, where that takes fewer
-    sampled : whether direct light on patches is drawn, for readings that gather it again
-    meters, placed : meters in this room by place, and their places, kept for the next room of this shape
+    pair_rays_allowed : whether rays may be cast between doubtful pairs only, where these are fewer
+    sampled : whether direct light on patches is computed by random draws, for readings by final gathering
+    meters, placed : meters in this room by place, and their places; scenes that differ in materials or lamps
+      reuse them
     """
 
     room: Room
@@ -81,19 +82,19 @@ class Transport:
 
     @cached_property
     def hits(self) -> np.ndarray:
-        """What the rays from each unknown meet (n_unknowns, rays)."""
+        """The unknown that each ray from each unknown meets (n_unknowns, rays)."""
         seed = self.seed, Stream.HEMISPHERE_RAYS
         return self._remembered("rays", lambda: {"hits": cast(
             self.mesh, self.ray_scene, self.rays_per_patch, seed, self.elsewhere)})["hits"]
 
     @cached_property
     def method(self) -> FormFactorMethod:
-        """The method of form factors on this mesh."""
+        """The method of computing form factors on this mesh."""
         return chosen_method(self.mesh.count, self.rays_per_patch, self._pair_visibility())
 
     def _pair_visibility(self) -> PairVisibility | None:
-        """What patches see of each other; None where nothing stands between them, or where rays over
-        hemispheres are fewer."""
+        """Visibility between patches; None where nothing stands between them, or where rays over hemispheres
+        are fewer."""
         if self.ray_scene is None or not self.pair_rays_allowed:
             return None
 
@@ -108,14 +109,14 @@ class Transport:
     @cached_property
     def _operator(self) -> Arrays:
         def make() -> Arrays:
-            dense = not self.sampled or len(self.mesh.patches) <= 1000  # few rays a patch leave it sparse
+            dense = not self.sampled or len(self.mesh.patches) <= 1000  # few rays: a sparse one
             return self.method.factors(self.mesh, lambda: self.hits, dense).arrays()
 
         return self._remembered("exchange", make)
 
     @cached_property
     def exchange_of_unknowns(self) -> Exchange:
-        """The exchange operator between unknowns; gathered facets are one."""
+        """The exchange operator between unknowns; gathered facets are one unknown."""
         return from_arrays(self._operator)
 
     @cached_property
@@ -126,8 +127,9 @@ class Transport:
         return between_patches(self.exchange_of_unknowns, self.mesh.gathering)
 
     def departures(self, radiosity: np.ndarray) -> np.ndarray:
-        """Irradiance by each replica of the operator less that by the operator itself (replicas, n_patches,
-        n_bands), `stretch` times smaller than of independent replicas. radiosity : (n_patches, n_bands)"""
+        """Irradiance with each replica of the operator minus irradiance with the whole operator (replicas,
+        n_patches, n_bands) [W m⁻²]. Departures of independent replicas would be `stretch` times larger.
+        radiosity : (n_patches, n_bands)"""
         more = partial(self.method.change, self.mesh, self.exchange_of_unknowns, lambda: self.hits)
         if self.mesh.gathering is None:
             return departures(self.exchange, more, radiosity)
@@ -162,7 +164,7 @@ class Transport:
 
     @property
     def rays(self) -> int:
-        """Number of visibility rays cast so far; the camera's are left out where light needs none."""
+        """Number of rays cast so far; without the camera's rays where the solve needs none."""
         return self.ray_scene.rays if self.ray_scene is not None else 0
 
     @cached_property
@@ -172,27 +174,27 @@ class Transport:
 
     @cached_property
     def eye(self) -> RayScene:
-        """The rays of a camera, which are cast even where light needs none."""
+        """The scene for a camera's rays, which are cast even where the solve needs no rays."""
         return self.ray_scene or RayScene(self.mesh)
 
     @property
     def replicas(self) -> int:
-        """Number of independent repeats of the rays; 1 where none is cast, or they are too few to divide."""
+        """Number of replicas of the rays; 1 where none is cast, or they are too few to divide."""
         return self.method.replicas(self.mesh.count)
 
     @property
     def factors(self) -> int:
-        """Largest number of factors that its operator holds."""
+        """Largest number of factors that the operator holds."""
         return self.method.entries(self.mesh.count)
 
     def at_vertices(self, radiosity: np.ndarray, received: np.ndarray, replica: int | None,
                     shown: bool) -> np.ndarray:
-        """Irradiance of each vertex by way of the patches (n_vertices, n_bands) [W m⁻²].
+        """Irradiance of each vertex by the patches (n_vertices, n_bands) [W m⁻²].
 
-        radiosity, received : (n_patches, n_bands), sent by each patch, and received from the others
-        replica : of the rays; None for all of them
-        shown : True for pictures, whose light is the vertices'; False for readings, which take the patches'
-            means and only the variation from the vertices, from fewer rays
+        radiosity, received : (n_patches, n_bands) light that each patch sends, and irradiance by the others
+        replica : index of a replica of the rays; None for all rays
+        shown : True for pictures, which show light at vertices; False for readings, which use the patches'
+            means and take only the variation across patches from the vertices, with fewer rays
         """
         if self.ray_scene is not None and self.replicas == 1:
             return self.mesh.around_vertices @ received
@@ -206,13 +208,13 @@ class Transport:
 
     @cached_property
     def to_vertices(self) -> tuple:
-        """Irradiance of each vertex per unit radiosity of each patch (n_vertices, n_patches), and likewise by
-        each replica of the rays."""
+        """Irradiance of each vertex per unit radiosity of each patch (n_vertices, n_patches): with all rays,
+        and with each replica."""
         return self._from_vertices("vertices", self.rays_per_patch)
 
     @cached_property
     def to_vertices_read(self) -> tuple:
-        """`to_vertices` from as many rays as readings need."""
+        """`to_vertices` with the number of rays that readings need."""
         if self.ray_scene is None:
             return self.to_vertices
         return self._from_vertices("vertices read", rays_of_vertex(self.rays_per_patch))
@@ -220,7 +222,7 @@ class Transport:
     def _from_vertices(self, name: str, rays: int) -> tuple:
         mesh = self.mesh
         points, normals = self._vertex_points()
-        if self.mesh.group is not None:  # vertices of gathered facets receive what their group does
+        if self.mesh.group is not None:  # vertices of gathered facets receive their group's irradiance
             points, normals = points[~mesh.gathered], normals[~mesh.gathered]
         if self.ray_scene is None:
             lifted = points + HORIZON / 2 * mesh.scale * normals
@@ -238,13 +240,14 @@ class Transport:
         return ~np.isin(self.mesh.surface, [surface for surface, _ in self.faces])
 
     def _vertex_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points (n_vertices, 3) [m] where vertices receive light, and normals. Each is moved by a thousandth
-        of the distance toward the exposed patches around it: on an edge or under an object light has no one
-        value."""
+        """Points (n_vertices, 3) [m] where vertices receive light, and normals. Each point is moved by a
+        thousandth of the distance toward the exposed patches around it, because on an edge or under an object
+        light has no single value."""
         mesh = self.mesh
         share = np.where(self.reflecting, self.exchange.areas / mesh.area, 0.0)
         corner = mesh.patches.ravel()
-        # Exposed patches draw the vertex with their weight, others only where there is no exposed one.
+        # A vertex is moved toward exposed patches, by weight, and toward covered ones only where no patch is
+        # exposed.
         weight = np.repeat(np.where(share > 0.5, 1.0, 1e-9 + 1e-3 * share), 4)
         total = np.bincount(corner, weight, len(mesh.vertices))
         target = np.stack([np.bincount(corner, weight * np.repeat(mesh.centroid[:, k], 4),
@@ -272,9 +275,9 @@ def compute_transport(scene: Scene, patch_size: float, rays: int, seed: int,
                           RayScene(mesh) if rays else None, remember, elsewhere, pair_rays_allowed, sampled)
     if not transport.exchange.areas.any():
         names = ", ".join(repr(body.name) for body in scene.bodies)
-        raise InputError(f"{scene.path}: objects {names} leave nothing of the room open. "
+        raise InputError(f"{scene.path}: objects {names} fill the whole room. "
                          "Make them smaller.")
-    _ = transport.lost  # computes direct light, so that its time counts
+    _ = transport.lost  # computes direct light, so that its time is logged with this step
     if transport.replicas == 1:
         transport.__dict__.pop("hits", None)  # no longer needed, and large
     transport.seconds = time.perf_counter() - started

@@ -13,11 +13,11 @@ from renderer.transport.rays.sampling import REPLICAS, Nets
 PATCH_POINTS = 4
 """Points on a patch in each replica, where its direct light has no closed form."""
 SHADOW_RAYS = 64
-"""Rays from a point to a luminaire with area: its penumbra has 64 steps."""
+"""Rays from a point to a luminaire with area, so that its penumbra has 64 steps."""
 
 
 def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminaire]) -> np.ndarray:
-    """Illuminance per lumen of each luminaire (k, n_luminaires) [m⁻²] at points, with nothing between.
+    """Illuminance per lumen of each luminaire (k, n_luminaires) [m⁻²] at points, without obstruction.
 
     points, normals : (k, 3) [m], unit
     """
@@ -29,14 +29,15 @@ def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminai
 
 def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
                   ray_scene: RayScene, rays: int, seed: tuple[int, ...], replicas: int) -> np.ndarray:
-    """Share of a luminaire's light that reaches each point past what stands between (replicas, k).
+    """Share of a luminaire's light that reaches each point unobstructed (replicas, k).
 
     points : (k, 3) [m], already off their surface; or (k, replicas, 3), one for each replica
     normals : (k, 3) unit
-    rays : to points all over the luminaire, from each point in each replica; each counts by what it would
-        bring
-    seed : the last number is the luminaire's
-    Few rays to points that bring unequal light are biased, so the luminaire aims them (`aimed`).
+    rays : number from each point in each replica, to places all over the luminaire; each ray is weighted with
+      the illuminance from its place
+    seed : the last number is the luminaire's index
+    The luminaire aims the rays (`aimed`) so that their weights are nearly equal: a few rays of unequal weight
+    would be biased.
     """
     each = points if points.ndim > 2 else points[:, None]
     if luminaire.is_point:
@@ -47,7 +48,7 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
 
     def work(start: int, stop: int) -> None:
         square = nets.draw(start, stop)
-        few = max(1, (1 << 15) // (rays * replicas))  # what stays in the cache
+        few = max(1, (1 << 15) // (rays * replicas))  # arrays that fit the processor's cache
         for first in range(start, stop, few):
             some = slice(first, min(first + few, stop))
             origins = each[some] if each.shape[1] == 1 else np.repeat(each[some], rays, axis=1)
@@ -63,26 +64,26 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
 
 def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
                     boxes: np.ndarray) -> np.ndarray:
-    """Whether a box may stand between the luminaire and a group of points (k,); where False, no shadow ray is
-    needed.
+    """Whether a box may stand between the luminaire and each group of points (k,). Groups with False need no
+    shadow rays.
 
     points : (k, c, 3) [m], c points of each group
-    normals : (k, 3) unit, of the groups' tangent planes, in front of which a box counts
+    normals : (k, 3) unit normals of the groups' tangent planes; a box counts in front of these
     boxes : (m, 8, 3) [m]
-    Each group and the luminaire are taken as boxes along the room's axes.
+    Each group and the luminaire are enclosed in boxes along the room's axes.
     """
     lamp = np.array([luminaire.corners.min(axis=0), luminaire.corners.max(axis=0)])
     boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)])
-    # A luminaire does not stand in the way of its own light.
+    # A luminaire does not obstruct its own light.
     boxes = boxes[:, ~(boxes == lamp[:, None]).all(axis=(0, 2))].transpose(0, 2, 1)
     shadowed = np.zeros(len(points), dtype=bool)
-    together = 32  # points in a row that are first tested as one
+    together = 32  # consecutive points that are first tested together
 
     def work(start: int, stop: int) -> None:
         p, n = points[start:stop].T, normals[start:stop].T
         front = (p * n[:, None]).sum(axis=0).min(axis=0)
         p = p.min(axis=1), p.max(axis=1)
-        # Most groups of points have nothing near them: one test tells it for all.
+        # Most groups of points have no box near them: one test clears them all.
         first = np.arange(0, stop - start, together)
         low, high = np.minimum.reduceat(p[0], first, axis=1), np.maximum.reduceat(p[1], first, axis=1)
         facing = np.minimum.reduceat(n, first, axis=1)
@@ -111,11 +112,11 @@ def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np
                 box: np.ndarray) -> np.ndarray:
     """Whether each box reaches between a luminaire and a group of points, in front of the group (k,).
 
-    low, high : (3, k) [m], corners of the groups
+    low, high : (3, k) [m], lowest and highest corners of the groups
     normal : (3, k) unit, of the groups
-    front : (k,) [m], where the groups' tangent planes are along their normals
+    front : (k,) [m], positions of the groups' tangent planes along their normals
     lamp : (2, 3) [m], lowest and highest corner of the luminaire
-    box : (2, 3, k) [m], likewise of the boxes
+    box : (2, 3, k) [m], lowest and highest corner of each box
     """
     to_low, to_high = lamp[0][:, None] - low, lamp[1][:, None] - high
     slack = SHAFT_SLACK * np.maximum(-to_low, to_high).max(axis=0, initial=0.0)
@@ -138,8 +139,8 @@ def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminair
     rays : to each luminaire from each point in each replica
     origins : where rays start, (k, 3) [m], or (k, replicas, 3), one for each replica; by default off the
         points along their normals
-    around : (k, c, 3) [m] corners of what holds all origins of a point
-    bare : (k, n_luminaires) [m⁻²] without shadows, where it is known already
+    around : (k, c, 3) [m] corners of a shape that contains all origins of a point
+    bare : (k, n_luminaires) [m⁻²] the illuminance without shadows, where it is known already
     """
     bare = unoccluded(points, normals, luminaires) if bare is None else bare
     factors = np.repeat(bare[None], replicas, axis=0)
@@ -160,8 +161,8 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
     """Mean illuminance of each patch per lumen (replicas, n_patches, n_luminaires) [m⁻²], and the share of
     each luminaire's lumens that met no patch (n_luminaires,).
 
-    In closed form, times the share of light that gets past what stands between. Each luminaire's sum over the
-    patches is then scaled to 1, since all lumens arrive somewhere.
+    It is the closed form times the share of light that is not obstructed. Each luminaire's sum over the
+    patches is then scaled to 1, because all its lumens arrive on some patch.
     """
     live = np.flatnonzero(exchange.areas > 0)
     mean = np.zeros((replicas, mesh.count, len(luminaires)))
@@ -169,7 +170,7 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
         flux = _unoccluded_on(mesh, live, lum, (*seed, index, 0))
         mean[:, live, index] = flux / exchange.areas[live]
         if ray_scene is not None:
-            # Twice the points on a patch for each doubling of its share of a luminaire's light past 1/256.
+            # The number of points on a patch doubles with its share of the luminaire's light above 1/256.
             doubled = np.ceil(np.log2(np.maximum(256 * flux, 1))).clip(max=5)
             for more in np.unique(doubled[flux > 0]).astype(int):
                 lit = live[(flux > 0) & (doubled == more)]
@@ -180,7 +181,7 @@ def direct_on_patches(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire
 
 
 def _unoccluded_on(mesh: Mesh, unknown: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
-    """Share of a luminaire's lumens that each unknown would receive with nothing between (k,); of gathered
+    """Share of a luminaire's lumens that each unknown would receive without obstruction (k,); for gathered
     facets their sum."""
     if mesh.gathering is None:
         return _unoccluded_flux(mesh, unknown, lum, seed)
@@ -192,7 +193,7 @@ def _unoccluded_on(mesh: Mesh, unknown: np.ndarray, lum: Luminaire, seed) -> np.
 
 
 def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.ndarray:
-    """Share of a luminaire's lumens that each patch would receive with nothing between (k,)."""
+    """Share of a luminaire's lumens that each patch would receive without obstruction (k,)."""
     flux = lum.share_on(mesh, patch)
     sampled = np.flatnonzero(np.isnan(flux))
     if len(sampled):
@@ -204,7 +205,7 @@ def _unoccluded_flux(mesh: Mesh, patch: np.ndarray, lum: Luminaire, seed) -> np.
 
 def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene, seed,
               replicas: int, on_each: int, rays: int = 8) -> np.ndarray:
-    """Share of a luminaire's light on each patch that gets past what stands between (replicas, k).
+    """Share of a luminaire's light on each patch that is not obstructed (replicas, k).
 
     on_each : points on each patch in each replica; rays : from each point to the luminaire
     """
@@ -226,14 +227,15 @@ def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene
 
 def _points_on(mesh: Mesh, patch: np.ndarray, seed, replicas: int,
                on_each: int = PATCH_POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Points all over each patch, `replicas` times `on_each`, and their normals (k · points, 3)."""
+    """Points all over each patch, `replicas` · `on_each` on each, and their normals (k · points, 3)."""
     points = mesh.spread(patch, Nets(on_each, 2, seed, replicas).draw(0, len(patch)))
     return points.reshape(-1, 3), np.repeat(mesh.normal[patch], points.shape[1], axis=0)
 
 
 def _points_over(mesh: Mesh, unknown: np.ndarray, seed, replicas: int, on_each: int
                  ) -> tuple[np.ndarray, np.ndarray]:
-    """Points all over each unknown, as by `_points_on`; on gathered facets all over these."""
+    """Points all over each unknown and their normals: `_points_on`, and for gathered facets points all over
+    these."""
     if mesh.gathering is None:
         return _points_on(mesh, unknown, seed, replicas, on_each)
     facet, square = mesh.gathering.pick(unknown, Nets(on_each, 2, seed, replicas).draw(0, len(unknown)))

@@ -1,4 +1,5 @@
-"""One place on one luminaire, drawn for each of many points that it may light (next-event estimation)."""
+"""Direct light by random draws: for each of many points one place on one luminaire (next-event
+estimation)."""
 
 from dataclasses import dataclass
 
@@ -21,7 +22,7 @@ class LampFaces:
     start, u, v, normal : (3, n_faces) [m]; elliptic : (n_faces,) whether u and v are half axes of an ellipse
     area : (n_faces,) [m²]; share : (n_faces,) of its luminaire's draws
     corners : (n_faces, 4, 3) [m]
-    near : (n_faces,) distance [m] below which a Lambertian rectangle is taken in closed form; 0 for others
+    near : (n_faces,) distance [m] below which a Lambertian rectangle is computed in closed form; 0 for others
     """
 
     luminaires: list[Luminaire]
@@ -50,8 +51,8 @@ class LampFaces:
         return self.start[:, face] + s * self.u[:, face] + t * self.v[:, face]
 
     def brought(self, face: np.ndarray, reach: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Illuminance per lumen (k,) [m⁻²] at points with nothing between, each face taken as one place on
-        it.
+        """Illuminance per lumen (k,) [m⁻²] at points without obstruction, each face represented by one place
+        on it.
 
         face : (k,) index; reach : (3, k) [m] from the points to the places
         normals : (3, k) unit, of the points
@@ -68,7 +69,8 @@ class LampFaces:
         return light
 
     def _kinds(self):
-        """Luminaires with the same distribution: one of them, and which they are (n_luminaires,)."""
+        """For each distribution of light: one luminaire that has it, and a mask of all that do
+        (n_luminaires,)."""
         groups = {}
         for k, lum in enumerate(self.luminaires):
             solid = len(lum.opening) > 2
@@ -121,28 +123,29 @@ def _faces_of(lum: Luminaire) -> list[tuple]:
         return [(lum.center, np.zeros(3), np.zeros(3), lum.normal, False, 0.0, 1.0, 0.0)]
     if lum.rectangle is not None:
         start, u, v = lum.rectangle.corner, lum.rectangle.u, lum.rectangle.v
-        # A nearer point has its light in closed form and only its shadow by rays: the light from one place on
-        # a near face has no bound.
+        # For nearer points the light is a closed form, and rays give only its shadow: the light from one
+        # place on a near face has no upper bound.
         near = 2.0 * max(np.linalg.norm(u), np.linalg.norm(v)) if lum.lambertian else 0.0
         return [(start, u, v, lum.normal, False, lum.area, 1.0, near)]
-    # The ellipse of the outline's area, through which its corners go a little outside.
+    # The ellipse with the outline's area; the outline's corners lie a little outside it.
     u, v = (lum.outline[n] - lum.center for n in (0, len(lum.outline) // 4))
     swell = np.sqrt(lum.area / (np.pi * np.linalg.norm(np.cross(u, v))))
     return [(lum.center, swell * u, swell * v, lum.normal, True, lum.area, 1.0, 0.0)]
 
 
 def draw_table(faces: LampFaces, lit: np.ndarray) -> np.ndarray:
-    """Cumulated chances (n_patches, n_faces) of drawing each face from a point of each patch.
+    """Cumulated probabilities (n_patches, n_faces) of drawing each face from a point of each patch.
 
-    lit : (n_patches, n_luminaires) approximate light of each luminaire on a patch, in any unit; below 0 where
-        a mean of few draws is, behind what hides most of a near face
+    lit : (n_patches, n_luminaires) approximate light of each luminaire on a patch, in any unit. A mean of few
+      draws may be below 0, where most of a near face is hidden
     """
     lumens = np.array([lum.lumens for lum in faces.luminaires])
     weight = np.maximum(lit, 0) * lumens
     total = weight.sum(axis=1, keepdims=True)
     chance = weight / np.where(total > 0, total, 1.0)
     alike = lumens / max(lumens.sum(), 1e-300)
-    # Light that the points on patches missed is still drawn, with a weight of at most 1 over this share.
+    # Share of draws made by lumens alone, so that light that `lit` missed has a weight of at most 1 over
+    # this.
     by_lumens = 0.1
     chance = np.where(total > 0, (1 - by_lumens) * chance + by_lumens * alike, alike)
     cumulated = np.cumsum(chance[:, faces.lamp] * faces.share, axis=1)
@@ -150,7 +153,7 @@ def draw_table(faces: LampFaces, lit: np.ndarray) -> np.ndarray:
 
 
 def draw(table: np.ndarray, row: np.ndarray, choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The face (k,) drawn from rows (k,) of a table, and its chance (k,).
+    """The face (k,) drawn from rows (k,) of a table, and its probability (k,).
 
     table : from `draw_table`; choice : (k,) from 0 to 1
     """
@@ -163,8 +166,8 @@ def draw(table: np.ndarray, row: np.ndarray, choice: np.ndarray) -> tuple[np.nda
 
 def next_event(faces: LampFaces, table: np.ndarray, row: np.ndarray, places: np.ndarray, normals: np.ndarray,
                numbers: np.ndarray, ray_scene: RayScene | None) -> tuple[np.ndarray, np.ndarray]:
-    """A luminaire (k,) drawn for each place, and its illuminance per lumen over its chance (k,) [m⁻²], with
-    shadows. The mean over draws is the illuminance by all luminaires.
+    """A luminaire (k,) drawn for each place, and its illuminance per lumen with shadows, over its probability
+    (k,) [m⁻²]. The mean over draws is the illuminance by all luminaires.
 
     table, row : as in `draw`
     places : (k, 3) [m], off their surface; normals : (k, 3) unit
@@ -179,19 +182,19 @@ def next_event(faces: LampFaces, table: np.ndarray, row: np.ndarray, places: np.
     past, lit = light.copy(), np.flatnonzero(light > 0)
     if ray_scene is not None:
         past[lit] *= ray_scene.clear(places[lit], targets[:, lit].T)
-    # The test takes the face's middle, not the place drawn: otherwise only near places, the brighter ones,
-    # would be replaced by the mean, and the result would be too low.
+    # Distances are from the face's middle, not from the place drawn: otherwise only near places, which are
+    # brighter, would be replaced by the mean, and the result would be too low.
     apart = faces.start[:, face] + (faces.u[:, face] + faces.v[:, face]) / 2 - points
     near = np.flatnonzero(_dot(apart, apart) < faces.near[face] ** 2)
-    if len(near):  # the closed form, less the light of the place drawn where that is hidden
+    if len(near):  # the closed form, minus the light of the place drawn where that is hidden
         whole = polygon_factors(places[near], normals[:, near].T, faces.corners[face[near]])
         past[near] += whole / faces.area[face[near]] - light[near]
     return faces.lamp[face], past / chance
 
 
 def about_lit(faces: LampFaces, mesh: Mesh, seed: tuple[int, ...], points: int = 4) -> np.ndarray:
-    """Approximate illuminance per lumen by each luminaire on each patch (n_patches, n_luminaires) [m⁻²], with
-    nothing between. points : on each patch"""
+    """Approximate unobstructed illuminance per lumen by each luminaire on each patch (n_patches,
+    n_luminaires) [m⁻²]. points : number on each patch"""
     n, every = len(mesh.patches), np.arange(len(faces))
     lit = np.zeros((n, len(faces.luminaires)))
 
@@ -211,14 +214,15 @@ def about_lit(faces: LampFaces, mesh: Mesh, seed: tuple[int, ...], points: int =
 
 
 def draws_of_patch(patches: int) -> int:
-    """Number of draws of a luminaire from each patch in each replica, a power of 2 from 16 to 64: fewer where
-    there are many patches, whose errors average out."""
+    """Number of luminaires drawn from each patch in each replica, a power of 2 from 16 to 64: fewer for many
+    patches, whose errors average out."""
     return int(2 ** np.floor(np.log2(np.clip((1 << 16) / patches, 16, 64))))
 
 
 def sampled_direct(mesh: Mesh, exchange: Exchange, luminaires: list[Luminaire], ray_scene: RayScene | None,
                    seed: tuple[int, ...], replicas: int) -> tuple[np.ndarray, np.ndarray]:
-    """As `direct_on_patches`, by draws: as many for a patch however many luminaires there are."""
+    """The results of `direct_on_patches` by draws, whose number for a patch does not grow with the number of
+    luminaires."""
     n, count = mesh.count, len(luminaires)
     if not count:
         return np.zeros((replicas, n, 0)), np.zeros(0)

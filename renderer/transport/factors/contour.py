@@ -1,5 +1,5 @@
-"""Exact form factors from points to every patch of a mesh with nothing between: Lambert's sum over the edges
-of each patch, which neighbours along a line share."""
+"""Exact unobstructed form factors from points to every patch of a mesh: Lambert's sum over the edges of each
+patch. Patches along a line share the terms of its edges."""
 
 from itertools import pairwise
 
@@ -23,11 +23,11 @@ def frames(normals: np.ndarray) -> np.ndarray:
 
 
 def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.ndarray:
-    """Form factors from points to all patches (k, n_patches) with nothing between, in single precision.
+    """Unobstructed form factors from points to all patches (k, n_patches), in single precision.
 
     points, normals : (k, 3) [m]
-    A point's own plane counts nothing. Each factor errs by 1e-7 at most, their sum by less than 1e-6, since
-    errors of edges that neighbours share cancel.
+    Patches in a point's own plane have the factor 0. Each factor errs by 1e-7 at most, and their sum by less
+    than 1e-6, because errors of shared edges cancel.
     """
     lines, n = mesh.lines, len(mesh.patches)
     # By patch and then by point, so that each step works on a long run of numbers.
@@ -60,8 +60,8 @@ def point_factors(points: np.ndarray, normals: np.ndarray, mesh: Mesh) -> np.nda
 
 
 def _on_planes(normals: np.ndarray, heights: np.ndarray, most: int) -> list[tuple[int, int, bool]]:
-    """Slices (start, stop, plane) of points of at most `most` points; `plane` says whether all points of a
-    slice lie in one plane and face alike.
+    """Slices (start, stop, plane) of at most `most` points each; `plane` is whether all points of a slice lie
+    in one plane with one normal.
 
     normals : (k, 3) unit; heights : (k,) of the points along them
     """
@@ -79,7 +79,8 @@ def _on_planes(normals: np.ndarray, heights: np.ndarray, most: int) -> list[tupl
 
 
 def _any_corner(vertices: np.ndarray, patches: np.ndarray) -> np.ndarray:
-    """Whether a condition holds at any corner of each patch (n_patches, k), from each vertex (n_vertices, k).
+    """Whether a condition holds at any corner of each patch (n_patches, k), from its values at vertices
+    (n_vertices, k).
     """
     found = vertices[patches[:, 0]]
     for k in range(1, 4):

@@ -1,4 +1,4 @@
-"""The exchange operator: one for every band and every material.
+"""The exchange operator, which is the same for all bands and materials.
 
 It is S_ij = A_i F_ij, the exchange areas [m²], made symmetric (reciprocity) and scaled so that row i sums to
 A_i (closure); a solve with it conserves energy to rounding. The errors before scaling are kept and reported.
@@ -14,14 +14,14 @@ from renderer.system.threads import in_threads
 from renderer.transport.mesh.gathering import Gathered, Gathering
 
 MAX_SCALE = 10.0
-"""Largest factor, and one over the smallest, by which a row of the exchange is scaled to close it."""
+"""Largest factor by which a row of the exchange is scaled to close it; its inverse is the smallest."""
 
 
 @dataclass(frozen=True)
 class SplitSymmetric:
-    """The symmetric matrix R + Rᵀ + D of a large mesh, kept as R and Rᵀ by rows.
+    """The symmetric matrix R + Rᵀ + D of a large mesh, stored as R and Rᵀ by rows.
 
-    given, taken : R and Rᵀ (n, n); of 20,000 patches and more in single precision
+    given, taken : R and Rᵀ (n, n); in single precision from 20,000 patches
     diagonal : D (n,)
     Products gather from rows, split among cores; the sum is never formed.
     """
@@ -77,7 +77,7 @@ class SplitSymmetric:
 
     def closed(self, areas: np.ndarray, scale: np.ndarray) -> "SplitSymmetric":
         """This matrix scaled from both sides by `scale` (n,), and lowered where rows then exceed `areas` (n,)
-        [m²]; what rows then miss goes on the diagonal."""
+        [m²]. The diagonal takes the area that rows then miss."""
         sums = scale * (self @ scale)
         share = np.minimum(1.0, areas / np.where(sums > 0, sums, 1.0))
         # Factors of large meshes are known to 1e-4 at best.
@@ -119,10 +119,10 @@ class Exchange:
     worst_pair : those two surfaces
     leak : largest share of a patch's light that meets no front of a surface
     worst_patch : that patch
-    kept : vectors that solves leave for the next solve
+    kept : vectors that a solve leaves for the next solve
     lost : (n,) share of each patch's light that meets no front, where rays are cast
-    unobstructed : (n_pairs,) what doubtful pairs would exchange with nothing between them [m²]; None where no
-        rays go between pairs
+    unobstructed : (n_pairs,) unobstructed exchange areas of doubtful pairs [m²]; None for methods without
+      pair rays
     """
 
     areas: np.ndarray
@@ -166,7 +166,7 @@ class Exchange:
 
 
 def between_patches(of_groups: Exchange, gathering: Gathering) -> Exchange:
-    """The operator between patches from one between groups of them."""
+    """The operator between patches, from the operator between groups of patches."""
     weights = gathering.weights(of_groups.areas)
     return replace(of_groups, areas=weights.T @ of_groups.areas, matrix=Gathered(of_groups.matrix, weights),
                    worst_patch=int(gathering.first[of_groups.worst_patch]), kept={},
@@ -188,13 +188,15 @@ def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:
 def better_dense(n: int, entries: int) -> bool:
     """Whether a matrix of n rows and that many entries, repeated ones included, should be dense."""
     if n <= 4000:
-        return entries > 0.03 * n * n  # faster dense from there on, as measured
+        return entries > 0.03 * n * n  # from there on dense products are faster (measured)
     return 12 * entries > 8 * n * n  # smaller dense, in bytes
 
 
 def reciprocity(between: np.ndarray, area: np.ndarray) -> tuple[float, tuple[int, int]]:
-    """Largest |S_ab − S_ba| between two surfaces (n, n) [m²], over the smaller one's area (n,); and those
-    two."""
+    """Largest |S_ab − S_ba| between two surfaces over the smaller one's area, and their indices.
+
+    between : (n, n) [m²] exchange areas of surfaces; area : (n,) [m²]
+    """
     smaller = np.minimum(area[:, None], area)
     apart = np.abs(between - between.T) / np.where(smaller > 0, smaller, np.inf)
     return float(apart.max()), tuple(int(k) for k in np.unravel_index(apart.argmax(), apart.shape))
@@ -205,15 +207,15 @@ def balance(matrix, areas: np.ndarray) -> tuple:
     (n,). A dense matrix is changed in place.
 
     Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by s_i d_i +
-    Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013). No scaling closes
-    the pattern that few rays may leave; a patch then sends to itself what its row misses. A row that is
-    MAX_SCALE times too large or too small is not scaled at all: the system is singular with a patch that
-    exchanges nothing, and its solution would then scale all other rows wrongly.
+    Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013). Where few rays leave
+    a matrix that no scaling can close, a patch sends to itself what its row misses. A row that is MAX_SCALE
+    times too large or too small is not scaled: a patch that exchanges almost nothing makes the system
+    singular, and its solution would scale all other rows wrongly.
     """
     live = areas > 0
     scale = live.astype(float)
-    root = np.sqrt(np.where(live, areas, 1.0))  # the system's own unit: eigenvalues 0 to 2
-    # Share of its area that a row may miss: less than the rays of a large mesh err.
+    root = np.sqrt(np.where(live, areas, 1.0))  # in this unit the system's eigenvalues are 0 to 2
+    # Share of its area that a row may miss; the error of a large mesh's rays is larger.
     closed = 1e-12
     enough = 1e-4 if isinstance(matrix, SplitSymmetric) else closed
     halving = 8  # steps in which the error must halve; otherwise it has stalled
@@ -235,9 +237,9 @@ def balance(matrix, areas: np.ndarray) -> tuple:
             return np.where(free, own * d + side * (matrix @ (side * d)), d)
 
         step = _conjugate_gradients(moved, np.where(free, missing / root, 0.0), 1e-3, 50)
-        for share in (1.0, 0.5, 0.25, 0.125):  # of the step, until the rows miss less together
+        for share in (1.0, 0.5, 0.25, 0.125):  # of the step, until the sum of all rows' errors falls
             trial = scale * np.exp(share * np.clip(step / root, -1, 1))
-            trial[live] = np.clip(trial[live], 1 / MAX_SCALE, MAX_SCALE)  # past that no scaling would help
+            trial[live] = np.clip(trial[live], 1 / MAX_SCALE, MAX_SCALE)  # no larger scaling would help
             left = missed(trial)
             if np.abs(left[free]).sum() < np.abs(missing[free]).sum():
                 break
@@ -265,7 +267,7 @@ def _conjugate_gradients(product, right: np.ndarray, tolerance: float, most: int
     `tolerance` of that, in `most` steps (M. R. Hestenes, E. Stiefel, J. Res. NBS 49(6), 1952).
 
     product : the system's matrix times a vector
-    scipy.sparse.linalg has the same, and takes a fifth of a second to import.
+    scipy.sparse.linalg has this method too but takes 0.2 s to import.
     """
     solution, residual, along = np.zeros_like(right), right, right
     squared = residual @ residual

@@ -1,4 +1,4 @@
-"""Form factors of any room, counted from what rays over each patch's hemisphere meet."""
+"""Form factors of any room, counted from the patches that rays over each patch's hemisphere meet."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -16,20 +16,21 @@ from renderer.transport.rays.sampling import REPLICAS, Nets, cosine_directions
 MIN_RAYS_PER_REPLICA = 16
 """Fewest rays of a patch in each replica."""
 PROBE_RAYS = 64
-"""Rays of a patch for the share of its light that is lost."""
+"""Rays of a patch that measure the share of its light that is lost."""
 RAYS_WORTH_SENDING = 10_000_000
-"""Rays of a mesh from which other machines cast them, where there are any; fewer are sooner cast here."""
+"""Smallest number of rays of a mesh that other machines are asked to cast; fewer take less time on this
+one."""
 
 RemoteCast = Callable[[Mesh, Nets, int], Iterable[tuple[int, np.ndarray, int]]]
-"""Casts the rays of a mesh on other machines, in blocks of as many rows as given. Yields for each block, in
-any order, its first row, the result of `cast_rows` and the number of rays."""
+"""Function that casts the rays of a mesh on other machines, in blocks of a given number of rows. It yields
+for each block, in any order, its first row, the result of `cast_rows` and the number of rays."""
 
 
 def independent_replicas(patches: int, rays: int) -> int:
-    """Number of independent repeats that the rays of each patch are drawn in: REPLICAS, or 1 where rays are
-    too few or patches too many. The error of one replica is estimated on a coarser mesh with fewer patches.
+    """Number of replicas into which the rays of each patch are divided: REPLICAS, or 1 where rays are too few
+    or patches too many. With 1, the sampling error is estimated on a coarser mesh with fewer patches.
 
-    rays : a patch
+    rays : of each patch
     """
     return REPLICAS if rays >= MIN_RAYS_PER_REPLICA * REPLICAS and patches <= 40_000 else 1
 
@@ -41,12 +42,12 @@ def rays_of_vertex(rays: int) -> int:
 
 def cast(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...],
          elsewhere: RemoteCast | None = None) -> np.ndarray:
-    """The unknown that each ray from each unknown meets (n_unknowns, rays); COVERED where the ray starts
-    covered, NOTHING where it is lost.
+    """The unknown that each ray from each unknown meets (n_unknowns, rays); COVERED where another surface
+    covers the start of the ray, NOTHING where the ray is lost.
 
-    rays : cosine-distributed, from points all over each unknown; a power of 2, in replicas one after the
-        other
-    elsewhere : casts RAYS_WORTH_SENDING rays and more
+    rays : number from each unknown, a power of 2: cosine-distributed, from points all over it, in replicas
+      one after the other
+    elsewhere : casts the rays on other machines where there are RAYS_WORTH_SENDING or more
     """
     n = mesh.count
     replicas = independent_replicas(n, rays)
@@ -67,8 +68,8 @@ def cast(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...],
 
 
 def cast_rows(mesh: Mesh, ray_scene: RayScene, nets: Nets, start: int, stop: int) -> np.ndarray:
-    """What the rays from unknowns start to stop meet (stop − start, rays); COVERED for covered unknowns,
-    which cast none. Equal `start` and `stop` give equal rays on any core or machine."""
+    """The unknowns that rays from unknowns `start` to `stop` meet (stop − start, rays); COVERED for covered
+    unknowns, which cast no rays. Equal `start` and `stop` give equal rays on any core or machine."""
     square = nets.draw(start, stop)
     hits = np.full(square.shape[:2], COVERED, dtype=np.int32)
     if mesh.gathering is None:
@@ -85,7 +86,8 @@ def cast_rows(mesh: Mesh, ray_scene: RayScene, nets: Nets, start: int, stop: int
 
 
 def _met(mesh: Mesh, ray_scene: RayScene, patch: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """What rays from patches (k,) meet (k, rays); COVERED where another surface covers the start of the ray.
+    """The patches that rays from patches (k,) meet (k, rays); COVERED where another surface covers the start
+    of the ray.
 
     square : (k, rays, 4) points of the unit hypercube: place and direction
     """
@@ -101,11 +103,11 @@ def _met(mesh: Mesh, ray_scene: RayScene, patch: np.ndarray, square: np.ndarray)
 
 @dataclass(frozen=True)
 class Openness:
-    """How open patches are; both are 0 for a patch that is exposed by less
-    than 2 %, as under a crate or inside a wall.
+    """How open patches are. Both shares are 0 for a patch of which less than 2 % is exposed, as under a crate
+    or inside a wall.
 
     exposed : (n_patches,) share of each patch that nothing covers
-    lost : (n_patches,) share of its light from there that meets no front of a surface
+    lost : (n_patches,) share of the light from its exposed area that meets no front of a surface
     """
 
     exposed: np.ndarray
@@ -113,7 +115,8 @@ class Openness:
 
 
 def openness(hits: np.ndarray, share: np.ndarray) -> Openness:
-    """How open patches are, from what their rays meet (n_patches, rays) and their exposed share (n_patches,).
+    """How open patches are, from the results of their rays (n_patches, rays) and their exposed share
+    (n_patches,).
     """
     n, rays = hits.shape
     open_, met = np.empty(n), np.empty(n, dtype=np.int64)
@@ -130,7 +133,8 @@ def openness(hits: np.ndarray, share: np.ndarray) -> Openness:
 
 def probed(mesh: Mesh, ray_scene: RayScene, seed: tuple[int, ...],
            partly_covered_rays: int = 1024) -> Openness:
-    """How open patches are, by PROBE_RAYS of each, and more rays of those that are covered in part."""
+    """How open patches are, by PROBE_RAYS from each patch and `partly_covered_rays` from those covered in
+    part."""
     hits = cast(mesh, ray_scene, PROBE_RAYS, seed)
     found = openness(hits, mesh.exposed_share)
     partly = np.array(sorted(mesh.partly), dtype=int)
@@ -146,11 +150,12 @@ def probed(mesh: Mesh, ray_scene: RayScene, seed: tuple[int, ...],
 
 
 def count(mesh: Mesh, hits: np.ndarray, dense: bool = True) -> Exchange:
-    """The exchange operator counted from what rays meet (n_unknowns, rays), of `cast`.
+    """The exchange operator, counted from the unknowns that rays meet.
 
-    Each row sums to 1 whatever stands in the way (Maxwell, Bailey and Goldschmidt, Computer-Aided Design
-    18(7), 1986). The cost grows with the number of patches, not its square.
+    hits : (n_unknowns, rays), from `cast`
     dense : whether the matrix may be dense
+    Each row sums to 1 whatever the obstacles (Maxwell, Bailey and Goldschmidt, Computer-Aided Design 18(7),
+    1986). The cost grows with the number of patches, not with its square.
     """
     n = len(hits)
     of = mesh.unknowns
@@ -172,8 +177,8 @@ def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -
 
     hits : (n, rays), from `cast`
     areas : (n,) exposed [m²]; lost : (n,) as in `Openness`
-    Of the two counts of a pair the one from the smaller patch has the smaller variance: variances are as the
-    areas, and the two are weighted accordingly.
+    The variances of a pair's two counts are proportional to the areas of the patches that cast the rays; the
+    counts are weighted accordingly.
     """
     of = mesh.unknowns
     counts, surfaces = tallies(hits, len(hits)), of.surface.max() + 1
@@ -196,7 +201,8 @@ def tallied(mesh: Mesh, hits: np.ndarray, areas: np.ndarray, lost: np.ndarray) -
 
 def change_of_replicas(mesh: Mesh, exchange: Exchange, hits: np.ndarray, replicas: int,
                        x: np.ndarray) -> np.ndarray:
-    """Product with x (n, k) of each replica of the rays by itself, less that of all rays (replicas, n, k).
+    """Product of x (n, k) with the operator of each replica of the rays, minus the product with that of all
+    rays (replicas, n, k).
 
     hits : (n, rays), from `cast`
     """
@@ -214,7 +220,7 @@ def look_round(points: np.ndarray, normals: np.ndarray, ray_scene: RayScene, ray
     """The patch that each cosine-distributed ray from each point meets (k, rays), in REPLICAS independent
     nets one after the other.
 
-    points : (k, 3) [m], off their surface; a point inside a solid sees nothing
+    points : (k, 3) [m], off their surface; rays from a point inside a solid meet no patch
     normals : (k, 3); rays : of each point
     """
     nets = Nets(rays // REPLICAS, 2, seed, REPLICAS)
@@ -231,15 +237,16 @@ def look_round(points: np.ndarray, normals: np.ndarray, ray_scene: RayScene, ray
 
 
 def view_shares(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
-    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches), from what rays
-    meet (k, rays)."""
+    """Share of the cosine-weighted view from each point that each patch fills (k, n_patches). hits : (k,
+    rays) patches that rays meet"""
     counts = tallies(hits, n_patches)
     counts.data /= hits.shape[1]
     return counts
 
 
 def tallies(hits: np.ndarray, n_patches: int) -> sparse.csr_array:
-    """Number of rays of each row that meet each patch (k, n_patches), from what rays meet (k, rays)."""
+    """Number of rays of each row that meet each patch (k, n_patches). hits : (k, rays) patches that rays
+    meet"""
     step = max(1, CHUNK // hits.shape[1])
     ends, found = np.zeros(len(hits) + 1, dtype=np.int64), [None] * -(-len(hits) // step)
 

@@ -1,8 +1,8 @@
-"""The three ways to form factors, as objects with one face: exact, rays between pairs, rays over hemispheres.
+"""The three methods of computing form factors, as classes with one interface.
 
-Factors are exact where nothing can stand between two patches. Otherwise exact factors times the share of rays
-between doubtful pairs that get through, where those pairs are few; else factors counted from rays over each
-patch's hemisphere.
+Where nothing can stand between two patches, factors are exact. Where few pairs are doubtful, that is,
+something may stand between them, their exact factors are multiplied by the share of rays between them that
+are not obstructed. Otherwise factors are counted from rays over each patch's hemisphere.
 """
 
 from abc import ABC, abstractmethod
@@ -30,17 +30,18 @@ from renderer.transport.factors.shafts import doubtful_pairs
 from renderer.transport.mesh.mesh import Mesh
 
 Hits = Callable[[], np.ndarray]
-"""Returns what the rays over each hemisphere meet (n_unknowns, rays); cast when first called."""
+"""Function that returns the unknowns that rays over each hemisphere meet (n_unknowns, rays), cast at its
+first call."""
 
 OPERATORS_AT_ONCE = 3
-"""Dense operators in memory at once while one is made of exact factors and rays."""
+"""Number of dense operators in memory at once while one is computed from exact factors and rays."""
 
 
 @dataclass(frozen=True)
 class FormFactorMethod(ABC):
-    """A way to form factors.
+    """A method of computing form factors.
 
-    rays_per_patch : rays asked for of each patch; 0 where none is cast
+    rays_per_patch : requested number of rays from each patch; 0 where none is cast
     """
 
     rays_per_patch: int
@@ -53,7 +54,7 @@ class FormFactorMethod(ABC):
 
     @abstractmethod
     def change(self, mesh: Mesh, exchange: Exchange, hits: Hits, x: np.ndarray) -> np.ndarray:
-        """The product of each replica of the operator and x (n, k), less that of the operator itself
+        """The product of each replica of the operator with x (n, k), minus the product of the whole operator
         (replicas, n, k) [m² times the unit of x]; no replicas where no ray is cast."""
 
     def entries(self, patches: int) -> int:
@@ -61,16 +62,16 @@ class FormFactorMethod(ABC):
         return patches * min(patches, 2 * self.rays_per_patch or patches)
 
     def replicas(self, patches: int) -> int:
-        """Number of independent repeats of the rays on that many patches; 1 where they are not repeated."""
+        """Number of replicas of the rays on that many patches; 1 where the rays are not divided."""
         return independent_replicas(patches, self.rays_per_patch)
 
     def stretch(self, patches: int) -> float:
-        """Factor by which independent replicas depart farther from their mean than `change` says."""
+        """Ratio of the departures of independent replicas from their mean to those that `change` returns."""
         return 1.0
 
     def doubtful(self, mesh: Mesh, areas: np.ndarray) -> int | None:
         """Number of pairs of patches between which something may stand; None where rays between pairs are
-        ruled out. areas : exposed (n,) [m²]"""
+        ruled out. areas : (n,) [m²] exposed area of each patch"""
         if mesh.group is not None or len(areas) > MAX_PATCHES_FOR_PAIR_RAYS:
             return None
         share = areas / mesh.area
@@ -85,7 +86,7 @@ class FormFactorMethod(ABC):
         """Number of rays cast for the factors between that many patches."""
 
     def rays_of_vertices(self, patches: float, vertices: float) -> float:
-        """Number of rays cast for what vertices receive, as readings need it."""
+        """Number of rays cast for the irradiance of vertices that readings need."""
         return vertices * rays_of_vertex(self.rays_per_patch) if self.replicas(patches) > 1 else 0
 
     def rays(self, patches: float, vertices: float) -> float:
@@ -97,8 +98,9 @@ class FormFactorMethod(ABC):
         """Memory of the operators while they are made [bytes]."""
 
     def seconds(self, patches: float, vertices: float, of_factor: float, of_cast: float) -> float:
-        """Time of one core for the operators [s]. of_factor, of_cast : for one factor, and one ray, alone"""
-        # A factor takes twice its own time with all the work on it, a ray 3.5 times.
+        """Core time for the operators [s]. of_factor, of_cast : [s] for one factor and for one ray by
+        itself"""
+        # With all the work around it, a factor takes twice that time and a ray 3.5 times.
         return (2.0 * self.pairs(patches, vertices) * of_factor
                 + 3.5 * self.rays(patches, vertices) * of_cast)
 
@@ -129,10 +131,10 @@ class ExactFactors(FormFactorMethod):
 
 @dataclass(frozen=True)
 class PairRays(FormFactorMethod):
-    """Closed forms between all patches, times the share of rays between doubtful pairs that get through.
+    """Closed forms between all patches, times the unobstructed share of rays between doubtful pairs.
 
-    doubtful_share : pairs between which something may stand, over patches squared
-    visibility : what patches see of each other; None in a forecast
+    doubtful_share : number of pairs between which something may stand, over the number of patches squared
+    visibility : visible shares of the doubtful pairs; None in a forecast
     """
 
     doubtful_share: float
@@ -165,7 +167,7 @@ class PairRays(FormFactorMethod):
 
 
 class HemisphereRays(FormFactorMethod):
-    """Factors counted from what rays over each patch's hemisphere meet."""
+    """Factors counted from the patches that rays over each patch's hemisphere meet."""
 
     name = "hemisphere rays"
 
@@ -191,10 +193,11 @@ class HemisphereRays(FormFactorMethod):
 
 
 def expected_method(patches: int, rays: int, doubtful_share: float | None) -> FormFactorMethod:
-    """The method that a mesh of that many patches will have.
+    """The method expected for a mesh of that many patches.
 
-    rays : asked for of each patch; doubtful_share : pairs between which something may stand, over patches
-        squared; None where rays between pairs are ruled out
+    rays : requested number from each patch
+    doubtful_share : number of pairs between which something may stand, over the number of patches squared;
+      None where rays between pairs are ruled out
     """
     if not rays:
         return ExactFactors(0)
@@ -206,8 +209,9 @@ def expected_method(patches: int, rays: int, doubtful_share: float | None) -> Fo
 def chosen_method(patches: int, rays: int, visibility: PairVisibility | None) -> FormFactorMethod:
     """The method of a mesh.
 
-    rays : asked for of each patch; visibility : from `probe_pairs`, None where rays between pairs are ruled
-        out or would be more than those over hemispheres
+    rays : requested number from each patch
+    visibility : from `probe_pairs`; None where rays between pairs are ruled out, or would be more than those
+      over hemispheres
     """
     if not rays:
         return ExactFactors(0)

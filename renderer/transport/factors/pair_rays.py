@@ -1,5 +1,4 @@
-"""Form factors in closed form, times the share of rays between two patches that get past what stands there.
-"""
+"""Form factors in closed form, times the unobstructed share of rays between two patches."""
 
 from dataclasses import dataclass
 
@@ -17,19 +16,19 @@ from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
 
 POINTS_WORTH_A_TREE = 3000
-"""Points above which near pairs are looked up in a tree; for fewer all distances are computed, because the
-import of the tree takes a fifth of a second."""
+"""Number of points above which a tree finds near pairs. For fewer, all distances are computed, because
+importing the tree takes 0.2 s."""
 MAX_PATCHES_FOR_PAIR_RAYS = 4000
-"""Patches above which a factor for every pair takes longer than rays over hemispheres."""
+"""Number of patches above which computing a factor for every pair takes longer than rays over hemispheres."""
 
 
 @dataclass(frozen=True)
 class PairVisibility:
-    """What patches see of each other.
+    """Visibility between patches.
 
     openness : of each patch
-    pairs : (2, k) patches between which something may stand; all other pairs see each other whole
-    seen : (k,) share of each pair's exchange that gets through
+    pairs : (2, k) doubtful pairs, between which something may stand; all other pairs are unobstructed
+    seen : (k,) unobstructed share of each doubtful pair's exchange
     apart : (k,) half the difference between that share by the first and by the second half of its rays
     """
 
@@ -52,9 +51,9 @@ def pair_visibility_from(arrays: dict[str, np.ndarray]) -> PairVisibility:
 
 def rays_in_half(patches: int, pairs: int, rays: int) -> int:
     """Number of rays in each half of a doubtful pair's rays, a power of 2; 0 where rays over hemispheres are
-    better: where doubtful pairs would take more than four times the rays asked for.
+    better, because doubtful pairs would take more than four times the requested rays.
 
-    pairs : doubtful ones; rays : asked for of each patch
+    pairs : number of doubtful pairs; rays : requested number from each patch
     """
     share = rays * patches / max(1, 2 * pairs)
     if patches > MAX_PATCHES_FOR_PAIR_RAYS or 4 * share < 1:
@@ -63,7 +62,8 @@ def rays_in_half(patches: int, pairs: int, rays: int) -> int:
 
 
 def rays_between(patches: int, pairs: int, rays: int) -> int:
-    """Number of rays cast for the factors between patches. pairs : doubtful ones; rays : a patch"""
+    """Number of rays cast for the factors between patches. pairs : number of doubtful pairs; rays : from each
+    patch"""
     half = rays_in_half(patches, pairs, rays)
     return PROBE_RAYS * patches + 2 * half * pairs if half else rays * patches
 
@@ -72,8 +72,8 @@ def probe_pairs(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...
     """Visibility of pairs by rays between patches where something may stand; None where rays over hemispheres
     are better.
 
-    rays : asked for of each patch. All pairs have as many rays, at least two; together no more than
-        hemispheres.
+    rays : requested number from each patch. Every doubtful pair has the same number of rays, at least two; in
+      sum no more than rays over hemispheres
     """
     if mesh.group is not None or len(mesh.patches) > MAX_PATCHES_FOR_PAIR_RAYS:
         return None
@@ -101,11 +101,11 @@ def probe_pairs(mesh: Mesh, ray_scene: RayScene, rays: int, seed: tuple[int, ...
 
 
 def contour_exchange(mesh: Mesh, pair_visibility: PairVisibility | None = None) -> Exchange:
-    """Exact factors, times the visible share where something stands in the way.
+    """The exchange operator by exact factors, times the visible share of doubtful pairs.
 
     pair_visibility : None in a convex room with nothing in it
-    Far pairs are taken from the middle of each patch by Lambert's formula, near pairs by the double contour
-    integral: at an edge the middle says little about the whole patch (0.8 % at ρ = 0.9).
+    Far pairs use Lambert's formula from the middle of each patch. Near pairs use the double contour integral:
+    at an edge of the room the middle does not represent the whole patch (error of 0.8 % at ρ = 0.9).
     """
     factors = point_factors(mesh.centroid, mesh.normal, mesh)
     areas, leak, worst, lost = mesh.area, 0.0, 0, None
@@ -144,12 +144,12 @@ def contour_exchange(mesh: Mesh, pair_visibility: PairVisibility | None = None) 
 
 def change_of_half_samples(pair_visibility: PairVisibility, unobstructed: np.ndarray, replicas: int,
                            x: np.ndarray) -> np.ndarray:
-    """Product with x (n, k) of half samples of the rays between pairs, less that of all rays (replicas, n,
-    k).
+    """Product of x (n, k) with the operator of half samples of the rays between pairs, minus the product with
+    that of all rays (replicas, n, k).
 
-    unobstructed : (n_pairs,) what the pairs would exchange with nothing between them [m²]
-    Halves are drawn at random; they depart from the whole by as much as the whole errs (McCarthy, Rev. Int.
-    Stat. Inst. 37, 1969).
+    unobstructed : (n_pairs,) unobstructed exchange areas of the pairs [m²]
+    Halves are drawn at random. Their departures from the whole estimate the error of the whole (McCarthy,
+    Rev. Int. Stat. Inst. 37, 1969).
     """
     pairs = len(unobstructed)
     order = sparse.coo_array(
@@ -172,13 +172,13 @@ def change_of_half_samples(pair_visibility: PairVisibility, unobstructed: np.nda
 def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
     """Exchange areas (n, n) [m²] from factors (n, n), those of near pairs made exact.
 
-    Of a pair's two factors the one from the smaller patch errs less, since its error grows as the square of
-    the patch whose middle it is seen from: A_i F_ij counts by A_j, and A_j F_ji by A_i.
+    A factor's error grows as the square of the size of the patch from whose middle it is computed. A_i F_ij
+    is therefore weighted with A_j, and A_j F_ji with A_i.
     """
     matrix, inverse, tile = np.empty(factors.shape), 1 / mesh.area, 128
 
     def add(start: int, stop: int) -> None:
-        for first in range(start, len(factors), tile):  # of both halves, each entry once
+        for first in range(start, len(factors), tile):  # both halves, each entry once
             rows, columns = slice(start, stop), slice(first, first + tile)
             both = factors[rows, columns] + factors[columns, rows].T
             matrix[rows, columns] = both / (inverse[rows, None] + inverse[columns])
@@ -198,8 +198,8 @@ def _symmetric(mesh: Mesh, factors: np.ndarray) -> np.ndarray:
 
 
 def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of patches (k,) and (k,) nearer than two diagonals of the larger one: they are integrated over
-    both patches, farther pairs from the middle of one to the other."""
+    """Pairs of patches (k,) and (k,) nearer to each other than two diagonals of the larger one. Only these
+    need the double contour integral."""
     diagonal = 2 * np.linalg.norm(mesh.corners - mesh.centroid[:, None], axis=2).max(axis=1)
     reach = 2.0  # diagonals (docs/decisions.md, D3)
     first, second = _within(mesh.centroid - mesh.middle, reach * diagonal.max())
@@ -209,8 +209,8 @@ def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _within(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of points (n, 3) up to `distance` apart (k,) and (k,), the former index the smaller; those a
-    little farther apart may be among them."""
+    """Pairs of points (n, 3) up to `distance` [m] apart (k,) and (k,), the smaller index first. Pairs a
+    little farther apart may be included."""
     if len(points) > POINTS_WORTH_A_TREE:
         from scipy.spatial import KDTree
 

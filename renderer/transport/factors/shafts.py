@@ -1,7 +1,6 @@
-"""Pairs of patches, meters or lamps between which something may stand, found from boxes before any ray is
-cast.
+"""Pairs of patches, meters or lamps between which something may stand, by tests of boxes without rays.
 
-Patches are gathered in small flat clusters. The shaft between two clusters, the convex hull of both, is clear
+Patches are grouped in small flat clusters. The shaft between two clusters, the convex hull of both, is clear
 of an object if it misses the object's box (Haines and Wallace, Shaft Culling, 1994).
 """
 
@@ -14,7 +13,7 @@ from renderer.transport.factors.contour import frames
 from renderer.transport.mesh.mesh import Mesh
 
 SHAFT_SLACK = 1e-9
-"""Depth to which an object may reach into a shaft, relative to the room, and still count as beside it."""
+"""Depth, relative to the room, to which an object may reach into a shaft and still count as beside it."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,7 @@ class Clusters:
 
     patches : (k,) indices, cluster by cluster; starts : (n_clusters + 1,) where each cluster begins
     middle : (n_clusters, 3) [m]; axes : (n_clusters, 3, 3), the last the normal of a flat cluster
-    half : (n_clusters, 3) half the box's sides [m]; flat : (n_clusters,) whether all normals are one
+    half : (n_clusters, 3) half the box's sides [m]; flat : (n_clusters,) whether all normals are equal
     """
 
     patches: np.ndarray
@@ -34,7 +33,7 @@ class Clusters:
     flat: np.ndarray
 
     def along(self, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest reach of each cluster along axes (k, 3): two of (k, n_clusters) [m]."""
+        """Lowest and highest coordinate of each cluster along axes (k, 3): two arrays (k, n_clusters) [m]."""
         half = sum(np.abs(axes @ own.T) * side for own, side in zip(self.axes.swapaxes(0, 1), self.half.T,
                                                                     strict=True))
         middle = axes @ self.middle.T
@@ -42,7 +41,7 @@ class Clusters:
 
 
 def clusters(mesh: Mesh, patches: np.ndarray, size: int = 8) -> Clusters:
-    """Patches (k,) gathered by place and normal in clusters of at most `size`."""
+    """Patches (k,) grouped by place and normal in clusters of at most `size`."""
     from scipy.spatial import cKDTree
 
     place = (mesh.centroid[patches] - mesh.middle) / mesh.scale
@@ -71,8 +70,8 @@ def clusters(mesh: Mesh, patches: np.ndarray, size: int = 8) -> Clusters:
 def doubtful_pairs(mesh: Mesh, patches: np.ndarray, partly: np.ndarray) -> np.ndarray:
     """Pairs of patches that face each other and between which something may stand (2, k), each once.
 
-    patches : (m,) those that take part
-    partly : (n_patches,) whether a patch is covered in part, and so never in plain sight
+    patches : (m,) patches to test
+    partly : (n_patches,) whether a patch is covered in part; all its pairs are doubtful
     """
     groups, slack = clusters(mesh, patches), SHAFT_SLACK * mesh.scale
     first, second = np.nonzero(np.triu(_facing(groups, slack)))
@@ -89,7 +88,7 @@ def doubtful_pairs(mesh: Mesh, patches: np.ndarray, partly: np.ndarray) -> np.nd
 
 
 def _facing(groups: Clusters, slack: float) -> np.ndarray:
-    """Whether some of each cluster is in front of the other (n_clusters, n_clusters)."""
+    """Whether each cluster is at least partly in front of the other (n_clusters, n_clusters)."""
     reach = groups.along(groups.axes[:, 2])[1]
     before = (reach > np.diag(reach)[:, None] + slack) | ~groups.flat[:, None]
     return before & before.T
@@ -99,7 +98,7 @@ def _hindered(groups: Clusters, first: np.ndarray, second: np.ndarray, boxes: np
               slack: float) -> np.ndarray:
     """Whether a box (m, 8, 3) reaches into the shaft between two clusters (k,).
 
-    first, second : (k,) clusters, each taken as a box along the edges of the box (m, 8, 3) tested
+    first, second : (k,) clusters, each enclosed in a box with sides parallel to the tested box
     """
     found = np.zeros(len(first), dtype=bool)
     frame = np.linalg.qr((boxes[:, [1, 2, 4]] - boxes[:, :1]).swapaxes(1, 2))[0].swapaxes(1, 2)
@@ -119,7 +118,7 @@ def _hindered(groups: Clusters, first: np.ndarray, second: np.ndarray, boxes: np
 
 
 def _each(groups: Clusters, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """The pairs of patches (2, m) of pairs of clusters (k,)."""
+    """All pairs of patches (2, m) from pairs of clusters (k,)."""
     sizes = np.diff(groups.starts)
     counts = sizes[first] * sizes[second]
     pair = np.repeat(np.arange(len(first)), counts)
@@ -153,16 +152,17 @@ def reaches(low: np.ndarray, high: np.ndarray, least: np.ndarray, most: np.ndarr
     """Whether boxes may reach between two sets of places, each set in a box along the room's axes (k,).
 
     low, high : (3, k) [m] from the first box's lowest and highest corner to the second box's
-    least : (3,), (3, 1) or (3, k) [m] from the first box's highest corner to the lowest of the box between
-    most : likewise from its lowest corner to the highest of the box between
-    At a share t of the way the hull of both sets is a box whose sides are linear in t. The result is False
-    where no t from 0 to 1 has it meet the box between on all three axes.
+    least : (3,), (3, 1) or (3, k) [m] from the first box's highest corner to the lowest corner of the box
+    between
+    most : likewise from the first box's lowest corner to the highest corner of the box between
+    At a fraction t of the way, the hull of both sets is a box with corners linear in t. The result is False
+    where for no t from 0 to 1 that box meets the box between along all three axes.
     """
     first, last = 0.0, 1.0
     with np.errstate(divide="ignore", invalid="ignore"):
         for axis in range(3):
             for reach, bound in ((high[axis], least[axis]), (-low[axis], -most[axis])):
-                # t · reach ≥ bound; where reach is 0 the quotient is infinite, or 0/0, which says nothing.
+                # t · reach ≥ bound; where reach is 0 the quotient is infinite or, for 0/0, sets no limit.
                 t = bound / (reach + 0.0)
                 ahead = reach >= 0
                 first = np.fmax(first, np.where(ahead, t, -np.inf))

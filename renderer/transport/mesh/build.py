@@ -26,25 +26,25 @@ from renderer.transport.mesh.obstacles import blockers, obstacles
 from renderer.transport.mesh.triangulation import triangulated, without
 
 GRADING = 1.0
-"""Grading of a rectangle's divisions: 0 even; 1 as the cosine, finest at the edges, where light changes
-fastest. With 1 a corner at ρ = 0.9 converges at second order."""
+"""Grading of a rectangle's divisions: 0 for even divisions; 1 for cuts at cosines of even angles, finest at
+the edges, where light changes fastest. With 1 a corner at ρ = 0.9 converges at second order."""
 CLOSE_TO_LAMP = 36.0
-"""Largest side of a patch near a lamp that lights it, over its distance from the lamp, times patch size over
-√(room area): equal to the distance with the patches of 1 % accuracy, less for finer ones."""
+"""Largest side of a patch over its distance from a lamp that lights it, divided by (patch size)/√(room area).
+With the patches of 1 % accuracy the largest side is the distance itself."""
 
 
 def build_mesh(scene: Scene, patch_size: float, finer_near: bool = True) -> Mesh:
     """A scene divided into patches of about `patch_size` [m], graded toward edges and contacts.
 
-    finer_near : whether patches are smaller near lamps and in gaps, for readings that take direct light from
-        the patches around
+    finer_near : whether patches are smaller near lamps and in gaps, for readings that interpolate direct
+      light between patches
     """
     every = list(enumerate(scene.exposed))
     placement = scene.placement
     mountings, free = placement.mountings, placement.free
     builder = _Builder(patch_size, CONTACT_TOLERANCE * scene.room.scale, scene.surfaces, placement.luminaires,
                        CLOSE_TO_LAMP * patch_size / np.sqrt(scene.room.area) if finer_near else np.inf)
-    # A sheet in the place of an earlier one is not there: it neither covers nor borders anything.
+    # A sheet in the place of an earlier sheet is left out: it neither covers nor borders anything.
     two_sided = {index for index, surface in enumerate(scene.surfaces) if surface.two_sided}
     rectangles, polygons = (
         [(index, face, sides) for index, of in every
@@ -87,8 +87,8 @@ class _Builder:
         self.of_room = np.array([surface.of_room for surface in surfaces])
         self.two_sided = [surface.two_sided for surface in surfaces]
         self.luminaires = luminaires
-        # Where a solid faces something over a gap, as under a low table, in a shelf or between louvres. Gaps
-        # wider than √(room area)/25 have no effect.
+        # in_gap limits patches of a solid across a gap, as under a low table, in a shelf or between louvres.
+        # Gaps wider than √(room area)/25 have no effect.
         self.close, self.in_gap = close, close * 25.0 / CLOSE_TO_LAMP
         self.shortest_in_gap = patch_size / 2
         self.vertices, self.patches, self.surface = [], [], []
@@ -96,14 +96,14 @@ class _Builder:
         self.n_vertices = self.n_patches = 0
 
     def add(self, vertices, patches, surface, vertex_surface, sides=(True, False), sheet=False, facet=False):
-        """Add patches (k, 4) of vertices (n, 3) [m]; of a sheet their backs too.
+        """Add patches (k, 4) of vertices (n, 3) [m]; for a sheet also their backs.
 
         sides : (2,) whether the front and the back face air
         facet : whether the patches may be gathered
         """
         a, b, c = vertices[patches[:, :3]].swapaxes(0, 1)
         longest2 = np.maximum(((b - a)**2).sum(axis=1), ((c - a)**2).sum(axis=1))
-        keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-9 * longest2  # else without area
+        keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-9 * longest2  # others have no area
         patches, surface = patches[keep], surface[keep]
         k, front = len(patches), self.n_patches
         self._append(vertices, patches, surface, vertex_surface, sides[0])
@@ -127,15 +127,17 @@ class _Builder:
 
     def add_rectangle(self, index: int, rectangle: Rectangle, outlines: Outlines, faces: Faces,
                       mountings: list[Mounting], sides: np.ndarray) -> None:
-        """Divide a rectangle along the outlines on it: of the room, of mounted luminaires and of solids.
+        """Divide a rectangle along the outlines of the room, of mounted luminaires and of solids that touch
+        it.
 
-        Where outlines of solids would make too many cells, feet of solids are cut out one by one instead.
+        Where outlines of solids would make too many cells, their feet (areas of contact) are cut out one by
+        one instead.
         """
         edges, own = outlines.along(rectangle, self.touch)
         us, vs = self.grid_lines(rectangle, edges)
-        most = 16  # cells along the outlines over cells without them
+        most = 16  # ratio of the number of cells with outlines to that without
         crowded = len(us) * len(vs) > 4 * most
-        if crowded:  # compared with the cells without outlines, four corners at least
+        if crowded:  # relative to the cells without outlines, of which there are at least four corners
             alone = self.grid_lines(rectangle, edges[:, :, own])
             crowded = len(us) * len(vs) > most * len(alone[0]) * len(alone[1])
             us, vs = alone if crowded else (us, vs)
@@ -159,7 +161,8 @@ class _Builder:
 
     def add_polygon(self, index: int, polygon: Polygon, faces: Faces, mountings: list[Mounting],
                     sides: np.ndarray) -> None:
-        """Divide a polygon into triangles, without what stands on it; a small one keeps its own."""
+        """Divide a polygon into triangles, without the feet of solids on it; a small polygon keeps its own
+        triangles."""
         feet = [[m.outline] for m in self.on(index, polygon.origin, polygon.normal, mountings)]
         feet += faces.against(index, polygon, self.touch)
         gaps = [((corners - polygon.origin) @ polygon.normal).min()
@@ -175,17 +178,18 @@ class _Builder:
                      np.full(len(triangles), index), index, sides, self.two_sided[index])
 
     def over_gaps(self, index: int, face: Rectangle | Polygon, faces: Faces) -> list[np.ndarray]:
-        """Corners (k, 3) [m] of what faces a flat part over a narrow gap, with a body on one side at least.
+        """Corners (k, 3) [m] of each face across a narrow gap from a flat part, with a body on at least one
+        side.
         """
         if np.isinf(self.close):
-            return []  # nothing is finer near anything
+            return []  # patches are not made smaller anywhere
         beside = ~self.of_room if self.of_room[index] else np.ones_like(self.of_room)
         return faces.across(face, self.touch, self.patch_size / self.in_gap, beside)
 
     def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray, feet,
                 facing: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Vertices (k, 3) [m] and patches (m, 4) of a rectangle cut at `us` and `vs`, finer near lamps and
-        near what faces it.
+        near faces across a gap.
 
         feet : from `standing`, cut out of the patches; None where there are none
         facing : from `over_gaps`
@@ -200,7 +204,7 @@ class _Builder:
             finer, triangles = cut(rectangle, finer, feet, self.patch_size, self.touch)
         corners = np.concatenate([finer[:, [[0, 2], [1, 2], [1, 3], [0, 3]]],
                                   triangles[:, [0, 1, 2, 2]]]).reshape(-1, 2)
-        # Cuts of neighbouring cells meet to within rounding.
+        # Cuts of neighbouring cells coincide only to rounding.
         _, first, index = np.unique(np.round(corners, 8), axis=0, return_index=True, return_inverse=True)
         return (rectangle.corner + corners[first] @ np.stack([rectangle.u, rectangle.v]),
                 index.reshape(-1, 4))
@@ -214,7 +218,7 @@ class _Builder:
         """Cuts of a rectangle along one edge (k,), from 0 to 1, at outlines and between them.
 
         length, width : of that edge and of the other [m]
-        x, y : (2, m) [m], both ends of each outline along that edge and across it
+        x, y : (2, m) [m], coordinates of both ends of each outline along that edge and across it
         """
         cuts = (abs(x[0] - x[1]) < self.touch) & (y.max(axis=0) > self.touch) & (
             y.min(axis=0) < width - self.touch)
@@ -227,7 +231,8 @@ class _Builder:
         pieces = [np.zeros(1)]
         for start, end in pairwise(stops):
             n = max(1, int(np.ceil((end - start) / self.patch_size - 0.01)))
-            # A whole edge of a small thing: in two with the patches of 1 %, more where more is asked.
+            # A whole edge of a small object is cut in two with the patches of 1 % accuracy, in more for finer
+            # patches.
             if len(stops) == 2 and end - start > 0.2 * self.patch_size:
                 n = max(n, round(2 / self.close))
             even = np.linspace(0, 1, n + 1)[1:]
@@ -236,8 +241,8 @@ class _Builder:
         return np.concatenate(pieces) / length
 
     def toward(self, rectangle: Rectangle, cells: np.ndarray, facing: list[np.ndarray]) -> np.ndarray:
-        """Cells (m, 4) of a rectangle, s and t from and to, quartered until each is short for its distance
-        from lamps that light the rectangle and from what faces it: light varies over those distances."""
+        """Cells (m, 4) of a rectangle, from and to in s and in t, quartered until each is small relative to
+        its distance from lamps that light the rectangle and from faces across a gap."""
         if np.isinf(self.close):
             return cells
         sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
@@ -257,7 +262,7 @@ class _Builder:
         return graded(cells, sides, near) if near else cells
 
     def add_triangles(self, index: int, triangles: np.ndarray, sides: np.ndarray) -> None:
-        """Add triangles (k, 3, 3) [m], divided until no side is longer than two patches; they may be
+        """Add triangles (k, 3, 3) [m], divided until no side is longer than two patches. They may be
         gathered."""
         if not len(triangles):
             return
@@ -282,7 +287,7 @@ class _Builder:
         covered = ~np.concatenate(self.exposed)
         mesh = Mesh(*arrays, covered, obstacles, blockers, shell, solids)
         sides = np.linalg.norm(mesh.corners - np.roll(mesh.corners, 1, axis=1), axis=2)
-        slivers = mesh.area < 10 * self.touch * sides.max(axis=1)  # cut off beside contacts
+        slivers = mesh.area < 10 * self.touch * sides.max(axis=1)  # slivers are cut off beside contacts
         covered, partly = covered_by_contact(replace(mesh, covered=covered | slivers), faces, self.touch)
         group = gathered(mesh.centroid, mesh.normal, mesh.area, mesh.surface, np.concatenate(self.facet),
                          self.patch_size)

@@ -10,7 +10,7 @@ FlatFace = Rectangle | Polygon
 
 
 class Faces:
-    """The flat parts of the room and the bodies, found by their planes.
+    """The flat parts of the room and the bodies, sorted by their planes.
 
     flat : (surface, face) of each
     """
@@ -24,7 +24,7 @@ class Faces:
         boxes = boxes.reshape(-1, 2, 3)
         self.middles = boxes.mean(axis=1)
         self.radii = np.linalg.norm(np.diff(boxes, axis=1)[:, 0], axis=1) / 2
-        # By coordinate, and from one corner: far from the origin digits are scarce.
+        # Relative to one corner, because coordinates far from the origin have few digits left.
         self.origin = self.corners[:1].sum(axis=0)
         self.facing, self.at, self.about = (np.ascontiguousarray(each.T) for each in (
             self.normals, self.corners - self.origin, self.middles - self.origin))
@@ -41,9 +41,9 @@ class Faces:
         return [_rings(self.faces[k]) for k in level[facing & (self.surface[level] != index)]]
 
     def across(self, face: FlatFace, touch: float, gap: float, asked: np.ndarray) -> list[np.ndarray]:
-        """Outlines (k, 3) [m] of faces that `face` sees over less than about `gap` [m].
+        """Outlines (k, 3) [m] of faces that `face` faces across less than about `gap` [m].
 
-        asked : (n_surfaces,) surfaces that count
+        asked : (n_surfaces,) whether each surface counts
         """
         own = _outline(face)
         middle = (own.min(axis=0) + own.max(axis=0)) / 2
@@ -60,10 +60,10 @@ class Faces:
 
 
 class Outlines:
-    """Edges of rectangles, found by the planes they lie in.
+    """Edges of rectangles, sorted by the planes they lie in.
 
     corners : (n, 4, 3) [m]
-    own : number of rectangles, the first ones, that are the room's or mounted on it
+    own : number of rectangles that are the room's or mounted on it; they come first
     """
 
     def __init__(self, corners: np.ndarray, own: int):
@@ -71,8 +71,8 @@ class Outlines:
         self.corners = np.ascontiguousarray(corners.reshape(-1, 3).T - self.origin[:, None])
 
     def along(self, rectangle: Rectangle, touch: float) -> tuple[np.ndarray, np.ndarray]:
-        """The edges in a rectangle's plane, both ends along its two edges (2, 2, m) [m]; and whether each is
-        the room's (m,)."""
+        """The edges in a rectangle's plane as coordinates of both ends along its two edges (2, 2, m) [m], and
+        whether each belongs to the room (m,)."""
         corner = rectangle.corner - self.origin
         flat = np.abs(rectangle.normal @ self.corners - corner @ rectangle.normal) < touch
         start = np.flatnonzero(flat)
@@ -97,14 +97,15 @@ def _rings(face: FlatFace) -> list[np.ndarray]:
 
 def standing(rectangle: Rectangle, feet: list[list[np.ndarray]], every: bool, lamps: list[np.ndarray],
              patch_size: float, touch: float, most_corners: int = 2000):
-    """Union of what stands on a rectangle and is to be cut out, as shapely's in metres along its edges; None
-    where there is nothing.
+    """Union of the feet to be cut out of a rectangle, a shapely geometry in metres along its edges; None
+    where there are none.
 
-    feet : rings (k, 3) [m] of each, outer first. Feet along the rectangle's edges need no cutting where the
-        grid has lines along them, nor do feet shorter than a quarter of a patch: they hide little light
-    every : whether feet along the edges are cut out too
+    feet : rings (k, 3) [m] of each area of contact, outer first. Not cut out are feet parallel to the
+      rectangle's edges, along which the grid has lines, and feet shorter than a quarter of a patch, which
+      hide little light
+    every : whether feet parallel to the edges are cut out too
     lamps : outlines (k, 3) [m] that are always cut out
-    most_corners : of all feet, the largest first; rays take care of the rest
+    most_corners : largest number of corners of all feet, the largest feet first; rays account for the others
     """
     import shapely
 
@@ -127,11 +128,11 @@ def standing(rectangle: Rectangle, feet: list[list[np.ndarray]], every: bool, la
 
 def cut(rectangle: Rectangle, cells: np.ndarray, feet, patch_size: float,
         touch: float) -> tuple[np.ndarray, np.ndarray]:
-    """Cells of a rectangle clear of feet: cells (m, 4), s and t from and to, and triangles (k, 3, 2) in s and
-    t.
+    """Cells of a rectangle without feet: cells (m, 4), from and to in s and in t, and triangles (k, 3, 2) in
+    s and t.
 
-    Cells across an outline are quartered until they are half a patch long; their rests are cut into
-    triangles.
+    Cells that an outline crosses are quartered until they are half a patch long; their remaining parts are
+    cut into triangles.
     cells : (m, 4); feet : from `standing`
     """
     import shapely
@@ -169,9 +170,9 @@ def _boxes(cells: np.ndarray, sides: np.ndarray) -> np.ndarray:
 
 
 def graded(cells: np.ndarray, sides: tuple[float, float], near: list[tuple]) -> np.ndarray:
-    """Cells (m, 4) of a rectangle quartered until each is short for its distance from boxes.
+    """Cells (m, 4) of a rectangle quartered until each is small relative to its distance from boxes.
 
-    cells : (m, 4), s and t from and to; sides : of the rectangle [m]
+    cells : (m, 4), from and to in s and in t; sides : of the rectangle [m]
     near : for each set of boxes: lowest and highest corners (b, 3) [m] along the rectangle's edges and
         normal, largest length of a cell over its distance from a box, and length below which no cell is
         quartered [m]
@@ -199,7 +200,7 @@ def graded(cells: np.ndarray, sides: tuple[float, float], near: list[tuple]) -> 
 
 
 def quartered(cells: np.ndarray) -> np.ndarray:
-    """Each cell (m, 4), s and t from and to, divided into four (4m, 4)."""
+    """Each cell (m, 4), from and to in s and in t, divided into four (4m, 4)."""
     a, b, c, d = cells.T
     s, t = (a + b) / 2, (c + d) / 2
     return np.concatenate([np.column_stack(quarter) for quarter in (
@@ -207,7 +208,7 @@ def quartered(cells: np.ndarray) -> np.ndarray:
 
 
 def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarray, dict[int, object]]:
-    """Whether each patch is covered (n_patches,), and the uncovered rests of patches covered in part, as in
+    """Whether each patch is covered (n_patches,), and the uncovered parts of patches covered in part, as in
     `Mesh.partly`.
 
     A patch is covered where it is buried, face to face with another surface, as a crate and the floor, or
@@ -216,7 +217,8 @@ def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarr
     covered = mesh.covered.copy()
     middle = np.ascontiguousarray(mesh.corners.mean(axis=1).T - mesh.middle[:, None])
     shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
-    # Luminaires come after `last`: their faces lie in a wall's. Sheets are cut where they are covered.
+    # Surfaces after `last` are luminaires, whose faces lie in a wall's plane. Sheets are cut where they are
+    # covered.
     last = faces.surface.max(initial=-1)
     feet: dict[int, list] = {}
     for index, face in zip(faces.surface, faces.faces, strict=True):
@@ -248,8 +250,8 @@ def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarr
 
 
 def _left(mesh: Mesh, covered: np.ndarray, feet: dict[int, list[FlatFace]]) -> dict[int, object]:
-    """The uncovered rest of each patch under faces that stand on it, in s and t; `covered` gains patches of
-    which nothing is left."""
+    """The uncovered part, in s and t, of each patch with faces in contact; patches without any are added to
+    `covered`."""
     import shapely
 
     found, rounding = {}, 1e-5
@@ -270,7 +272,7 @@ def _left(mesh: Mesh, covered: np.ndarray, feet: dict[int, list[FlatFace]]) -> d
 
 
 def turned(face: FlatFace) -> FlatFace:
-    """A face that looks the other way."""
+    """The face with its normal reversed."""
     if isinstance(face, Rectangle):
         return Rectangle(face.corner, face.v, face.u)
     rings = tuple(ring[::-1, ::-1] for ring in face.rings)

@@ -1,5 +1,5 @@
-"""The lines that a mesh's edges lie on. Seen from a point, an edge spans the angle between its ends on its
-line, so neighbours along a line share an end."""
+"""The lines on which a mesh's edges lie. Seen from a point, an edge spans the angle between its two ends, and
+neighbouring edges of a line share an end."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,12 @@ from renderer.radiometry.polygons import HORIZON
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines in units of the room, from its middle, sorted by their number of ends.
+    """Lines in coordinates from the room's middle and in units of its size, sorted by their number of ends.
 
     direction : (n_lines, 3) unit; moment : (n_lines, 3) a place on the line × direction
     along : (n_ends,) place of each end along its line, line by line
-    groups : first line, first end, lines and ends a line, of lines with equally many ends
-    around : (n_patches, n_ends) contribution of each end to each patch's factor, over the angle to it
+    groups : first line, first end, number of lines and ends on each, for lines with equal numbers of ends
+    around : (n_patches, n_ends) contribution of each end to each patch's factor per angle to it
     """
 
     direction: np.ndarray
@@ -26,8 +26,8 @@ class Lines:
     around: sparse.csr_array
 
     def angles(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Angle from each line's nearest place to each end on it, seen from points, times the cosine between
-        the normal and that of the plane through point and line (n_ends, k).
+        """Angle seen from points between each end and the nearest place of its line, times the cosine between
+        the point's normal and that of the plane through point and line (n_ends, k).
 
         points : (k, 3); normals : (k, 3) unit
         The cosine is (r × d)·n / h, with r from the point to the line, d along it and h = |r × d| their
@@ -70,11 +70,12 @@ class Lines:
 
 
 def lines_of(places: np.ndarray, patches: np.ndarray) -> Lines:
-    """The lines of patches (n_patches, 4), as those of `Mesh`, between places (n_vertices, 3) in units of the
-    room, from its middle.
+    """The lines of a mesh's edges.
 
-    Vertices in one place are one here: facets of a curved surface share their edges too. The fourth edge of a
-    triangle has no length and counts nothing.
+    places : (n_vertices, 3) from the room's middle, in units of its size
+    patches : (n_patches, 4) indices, as in `Mesh`
+    Vertices in one place count as one, so that facets of a curved surface share edges. The fourth edge of a
+    triangle has no length and contributes nothing.
     """
     _, first, place = np.unique(places, axis=0, return_index=True, return_inverse=True)
     corners = first[place.ravel()][patches]
@@ -88,7 +89,8 @@ def lines_of(places: np.ndarray, patches: np.ndarray) -> Lines:
     ahead /= np.linalg.norm(ahead, axis=1)[:, None]
     ahead *= np.sign(ahead[np.arange(len(ahead)), np.abs(ahead).argmax(axis=1)])[:, None]
     foot = start - np.einsum("ki,ki->k", start, ahead)[:, None] * ahead
-    # Two numbers tell lines apart. Where rounding makes two lines of one, they just share no ends.
+    # Two random projections identify a line. Where rounding divides a line in two, these share no ends,
+    # without harm.
     tell = np.round(np.hstack([ahead, foot]) @ np.random.default_rng(0).normal(size=(6, 2)), 10)
     _, known, of_edge = np.unique(tell @ [1, 1j], return_index=True, return_inverse=True)
     of_edge = of_edge.ravel()
@@ -109,7 +111,7 @@ def lines_of(places: np.ndarray, patches: np.ndarray) -> Lines:
 
 
 def _alike(ends: np.ndarray) -> list[tuple[int, int, int, int]]:
-    """`Lines.groups`, from the number of ends of each line (n_lines,), ascending."""
+    """`Lines.groups` from the number of ends on each line (n_lines,), ascending."""
     counts, first, lines = np.unique(ends, return_index=True, return_counts=True)
     before = np.cumsum(lines * counts) - lines * counts
     return [tuple(map(int, each)) for each in zip(first, before, lines, counts, strict=True)]

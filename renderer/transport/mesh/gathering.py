@@ -1,19 +1,19 @@
-"""Facets of finely tessellated shapes gathered into larger unknowns, while rays meet the facets themselves.
-"""
+"""Facets of finely tessellated shapes gathered into larger unknowns. Rays still meet the facets."""
 
 import numpy as np
 from scipy import sparse
 
 MIN_FACETS = 3000
-"""Facets of a scene below which each stays a patch of its own."""
+"""Number of facets in a scene below which each is an unknown."""
 
 
 def gathered(middles: np.ndarray, normals: np.ndarray, areas: np.ndarray, surface: np.ndarray,
              facet: np.ndarray, patch_size: float) -> np.ndarray | None:
-    """The group of each patch (n,), numbered by first patch; None where none are gathered.
+    """The group of each patch (n,), numbered in the order of first patches; None where no facets are
+    gathered.
 
-    Facets of one surface within a cube of `patch_size` [m] that face alike are one group. None are gathered
-    where their mean area is more than a quarter of patch_size².
+    Facets of one surface within a cube of `patch_size` [m] and with normals in one of 26 sectors are one
+    group. No facets are gathered where their mean area is more than a quarter of patch_size².
     middles, normals : (n, 3) [m]; areas, surface : (n,); facet : (n,) whether a patch may be gathered
     """
     if facet.sum() < MIN_FACETS or areas[facet].mean() > patch_size**2 / 4:
@@ -33,7 +33,7 @@ def gathered(middles: np.ndarray, normals: np.ndarray, areas: np.ndarray, surfac
 
 
 class Gathering:
-    """The groups of a mesh's patches, for a solve with one unknown a group.
+    """The groups of a mesh's patches, for a solve with one unknown for each group.
 
     group : (n_patches,) of each patch; size : (n_groups,) patches in each; area : (n_groups,) [m²]
     exposed_share : (n_groups,) of that area; surface : (n_groups,)
@@ -49,7 +49,7 @@ class Gathering:
         self.first = self.order[self.starts]
         self.surface = surface[self.first]
         self._exposed = exposed
-        # Exposed area up to and including each patch, in that order.
+        # Cumulated exposed area of patches in that order.
         self._up_to = np.cumsum(exposed[self.order])
 
     def weights(self, areas: np.ndarray) -> sparse.csr_array:
@@ -60,8 +60,10 @@ class Gathering:
         return sparse.coo_array((share, (self.group, np.arange(n))), shape=(len(self.size), n)).tocsr()
 
     def pick(self, groups: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Patches (k, m) drawn from groups (k,) by area, and points on them, from points of the unit square
-        (k, m, 2 and more); the first coordinate also picks the patch."""
+        """Patches (k, m) drawn from groups (k,) by area, and points on them.
+
+        square : (k, m, 2 or more) points of the unit square; the first coordinate also chooses the patch
+        """
         start = self.starts[groups]
         before = np.where(start > 0, self._up_to[start - 1], 0.0)[:, None]
         total = self._up_to[start + self.size[groups] - 1][:, None] - before

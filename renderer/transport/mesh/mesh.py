@@ -21,13 +21,13 @@ class Mesh(Enclosed):
     surface : (n_patches,) index into Scene.surfaces
     vertex_surface : (n_vertices,) likewise
     twin : (n_patches,) the patch on the other side of a sheet or of a luminaire in mid-air, else -1
-    covered : (n_patches,) whether a patch is buried, face to face with another surface, or in the place of
-        one
-    obstacles : (m, 8, 3) corners of boxes around whatever stands in the room [m]
-    blockers : (k, 3, 3) triangles of whatever can stand between two places in the room, undivided [m]
+    covered : (n_patches,) whether a patch is buried, face to face with another surface, or in the place of an
+      earlier one
+    obstacles : (m, 8, 3) corners of boxes around everything that may obstruct light [m]
+    blockers : (k, 3, 3) undivided triangles of everything that may obstruct light [m]
     shell : (k, 3, 3) the room's whole surface as triangles, normals inward [m]
     solids : (k, 3, 3) the surfaces of all solids as triangles, normals outward [m]
-    partly : for each patch covered in part, the uncovered rest in s and t, as shapely's
+    partly : uncovered part of each patch that is covered in part: a shapely geometry in s and t
     group : (n_patches,) the unknown that each patch belongs to, where facets are gathered; else None
     """
 
@@ -54,7 +54,7 @@ class Mesh(Enclosed):
 
     @cached_property
     def gathering(self) -> Gathering | None:
-        """The groups of patches that are one unknown each; None where every patch is an unknown."""
+        """The groups of patches, each one unknown; None where every patch is an unknown."""
         if self.group is None:
             return None
         return Gathering(self.group, self.area, self.exposed_share, self.surface)
@@ -110,7 +110,7 @@ class Mesh(Enclosed):
 
     @cached_property
     def size(self) -> float:
-        """Edge of a patch [m]: √(Σ A² / Σ A), to which a few small patches near lamps contribute little."""
+        """Typical edge of a patch [m], √(Σ A² / Σ A): small patches near lamps contribute little."""
         return float(np.sqrt(self.area @ self.area / self.area.sum()))
 
     @cached_property
@@ -141,11 +141,11 @@ class Mesh(Enclosed):
 
     @cached_property
     def lines(self) -> Lines:
-        """The lines that the patches' edges lie on."""
+        """The lines on which the patches' edges lie."""
         return lines_of(self.in_room(self.vertices), self.patches)
 
     def in_room(self, points: np.ndarray) -> np.ndarray:
-        """Points (k, 3) [m] in units of the room, from its middle, for single precision."""
+        """Points (k, 3) [m] from the room's middle in units of its size, for single precision."""
         return (points - self.middle) / self.scale
 
     def at(self, patch: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -160,7 +160,8 @@ class Mesh(Enclosed):
         return self.at(patch, *self._folded(patch, square))
 
     def within(self, patch: np.ndarray, corners: np.ndarray, square: np.ndarray) -> list[np.ndarray]:
-        """Places all over pieces of patches (k,), as s and t (k, n), from points of a unit square (k, n, 2).
+        """Coordinates s and t (k, n) of places all over pieces of patches (k,), from points of the unit
+        square (k, n, 2).
 
         corners : (k, 4, 2) of the pieces, as s and t
         """
@@ -168,7 +169,7 @@ class Mesh(Enclosed):
         return [a[:, None] + p * (b - a)[:, None] + q * (d - a)[:, None] for a, b, _, d in corners.T]
 
     def _folded(self, patch: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """s and t of points of the unit square; on triangles points past the diagonal are turned back."""
+        """s and t of points of the unit square; on triangles, points past the diagonal are reflected."""
         s, t = square[..., 0], square[..., 1]
         fold = self.triangular[patch] & (s + t > 1)
         return np.where(fold, 1 - s, s), np.where(fold, 1 - t, t)
@@ -188,8 +189,8 @@ class Mesh(Enclosed):
 
     @cached_property
     def _gradients(self) -> tuple[np.ndarray, np.ndarray]:
-        """Gradients of s and of t over each patch (n_patches, 3) [m⁻¹]: from the cross product of its edges,
-        since |u|² |v|² − (u · v)² of a sliver is rounding."""
+        """Gradients of s and of t over each patch (n_patches, 3) [m⁻¹], from the cross product of its edges,
+        because |u|² |v|² − (u · v)² of a sliver is only rounding."""
         doubled = np.linalg.norm(np.cross(self.u, self.v), axis=1)[:, None]
         return np.cross(self.v, self.normal) / doubled, np.cross(self.normal, self.u) / doubled
 

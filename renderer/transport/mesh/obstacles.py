@@ -1,4 +1,4 @@
-"""What can stand between two places in a room: boxes around it, and its triangles."""
+"""Obstacles to light in a room, as boxes and as triangles."""
 
 import numpy as np
 
@@ -9,9 +9,10 @@ from renderer.scene.scene import Scene
 
 
 def obstacles(scene: Scene, sheets: list[Luminaire], most: int = 64) -> np.ndarray:
-    """Boxes (m, 8, 3) [m] around whatever can stand between two places in a room, flat ones for walls.
+    """Boxes (m, 8, 3) [m] around everything that can stand between two places in a room; boxes of walls are
+    flat.
 
-    most : number of flat parts up to which each is an obstacle; a room of more is one obstacle as a whole
+    most : largest number of flat parts of which each has its own box; a room with more has one box
     """
     around = [body.mesh.bounds for body in scene.bodies if not body.of_room]
     flat, walls = [], [body for body in scene.bodies if body.of_room]
@@ -31,8 +32,8 @@ def obstacles(scene: Scene, sheets: list[Luminaire], most: int = 64) -> np.ndarr
 
 
 def blockers(scene: Scene, sheets: list[Luminaire]) -> np.ndarray:
-    """Triangles (k, 3, 3) [m] of all that can stand between two places. Walls of a convex room cannot, unless
-    a solid reaches out through them."""
+    """Triangles (k, 3, 3) [m] of everything that can stand between two places. Walls of a convex room are not
+    among them, unless a solid reaches out through them."""
     found = [body.parts.shell for body in scene.bodies]
     for lum in sheets:
         fan = np.arange(1, len(lum.outline) - 1)[:, None] + [0, 0, 1]

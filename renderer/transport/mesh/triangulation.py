@@ -1,4 +1,4 @@
-"""Flat polygons divided into triangles of about one size, finer toward their edges."""
+"""Flat polygons divided into triangles of nearly one size, smaller toward the edges."""
 
 from itertools import pairwise
 
@@ -9,9 +9,9 @@ from renderer.scene.triangle_mesh import divided_to
 
 
 def without(polygon: Polygon, feet: list[list[np.ndarray]], touch: float) -> list:
-    """What is left of a polygon under others that stand on it in its plane, as shapely's.
+    """The parts of a polygon without areas of contact, as shapely geometries.
 
-    feet : rings (k, 3) [m] of each, outer first
+    feet : rings (k, 3) [m] of each area of contact, outer first
     """
     import shapely
 
@@ -23,19 +23,20 @@ def without(polygon: Polygon, feet: list[list[np.ndarray]], touch: float) -> lis
 
 
 def triangulated(shape, size: float, max_halvings: int = 12) -> tuple[np.ndarray, np.ndarray]:
-    """Points (k, 2) and triangles (m, 3), counter-clockwise, of a polygon of shapely's.
+    """Points (k, 2) and counter-clockwise triangles (m, 3) of a shapely polygon.
 
-    Delaunay's triangles of points along the edges and of the middles of square cells, halved near the edges.
-    An edge that they miss is halved until they have it (Ruppert, J. Algorithms 18, 1995).
+    They are Delaunay's triangles of points along the edges and of the middles of square cells, which are
+    halved near the edges. An edge that is not among the triangles' sides is halved until it is (Ruppert, J.
+    Algorithms 18, 1995).
     size : side of a patch [m]; max_halvings : after which the polygon is divided without inner points
     """
     from scipy.spatial import Delaunay
 
     rings = [np.array(ring.coords)[:-1] for ring in (shape.exterior, *shape.interiors)]
-    step = 1.6 * size  # with which triangles have a patch's area on average
+    step = 1.6 * size  # gives triangles a patch's area on average
     border = [_sampled(ring, step / 2) for ring in rings]
     inner = _middles(shape, rings[0], step)
-    most = 500 + 10 * sum(map(len, border))  # of rings that touch, edges would be halved for ever
+    most = 500 + 10 * sum(map(len, border))  # edges of rings that touch would be halved for ever
     for _ in range(max_halvings):
         count = sum(map(len, border))
         points = np.vstack([*border, inner])

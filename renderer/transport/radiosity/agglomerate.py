@@ -1,7 +1,8 @@
-"""A coarser operator made of the fine one by groups of patches, without new rays.
+"""A coarser exchange operator between groups of patches, made from the fine one without new rays.
 
-Patches of a group have one radiosity; the factors of groups are sums of theirs (Galerkin's method with
-constants, as in a hierarchy of patches: P. Hanrahan, D. Salzman, L. Aupperle, SIGGRAPH 1991).
+All patches of a group have one radiosity, and exchange areas of groups are sums over their patches
+(Galerkin's method with constants, as in a hierarchy of patches: P. Hanrahan, D. Salzman, L. Aupperle,
+SIGGRAPH 1991).
 """
 
 from dataclasses import dataclass
@@ -15,14 +16,14 @@ from renderer.transport.mesh.gathering import Gathered
 from renderer.transport.mesh.mesh import Mesh
 
 MIN_PATCH_SIZE_RATIO = 1.25
-"""Smallest ratio between the patch sizes of two meshes that tell each other's error."""
+"""Smallest ratio of the patch sizes of two meshes whose difference measures the mesh error."""
 
 
 @dataclass(frozen=True)
 class Groups:
     """Patches by groups.
 
-    of : (n_patches,) group of each patch; longer : edge of a group over that of a patch
+    of : (n_patches,) group of each patch; longer : edge of a group over the edge of a patch
     exchange : between groups; surface : (n_groups,)
     """
 
@@ -48,7 +49,7 @@ def membership(of: np.ndarray) -> sparse.csr_array:
 
 
 def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
-    """Groups of neighbouring patches of one surface that face about alike, two by two where they are even."""
+    """Groups of neighbouring patches of one surface with nearly equal normals: two by two on an even grid."""
     apart = _chambers(exchange)
     size = _size(exchange.areas if mesh.group is None else np.bincount(mesh.group, exchange.areas))
     for cells in (2.0, 4.0, 8.0, 32.0):
@@ -76,9 +77,9 @@ def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
 
 
 def _chambers(exchange: Exchange) -> np.ndarray:
-    """Number of the chamber that each patch is in (n_patches,): no light goes from one chamber to another,
-    however often it is reflected, so a group must not reach into both."""
-    whole, floor = exchange.matrix, 1e-9 * exchange.areas.max(initial=0.0)  # less is rounding
+    """Index of each patch's chamber (n_patches,). No light goes from one chamber to another after any number
+    of reflections, so a group must not have patches in two."""
+    whole, floor = exchange.matrix, 1e-9 * exchange.areas.max(initial=0.0)  # smaller entries are rounding
     if isinstance(whole, Gathered):
         return np.zeros(len(exchange.areas), dtype=int)
     if isinstance(whole, SplitSymmetric):
@@ -97,14 +98,14 @@ def _chambers(exchange: Exchange) -> np.ndarray:
 
 
 def _size(areas: np.ndarray) -> float:
-    """Edge of a patch [m], as `Mesh.size`."""
+    """Typical edge of a patch [m]: see `Mesh.size`."""
     return float(np.sqrt(areas @ areas / areas.sum())) if areas.any() else 0.0
 
 
 def _groups(mesh: Mesh, cells: float) -> np.ndarray:
-    """The group of each patch (n_patches,): one for each cell, `cells` times as long as patches of about its
-    size."""
-    one = slice(None) if mesh.gathering is None else mesh.gathering.first  # of gathered facets the first
+    """The group of each patch (n_patches,): one group for each cell of a grid. A cell is `cells` times as
+    long as the patches in it."""
+    one = slice(None) if mesh.gathering is None else mesh.gathering.first  # the first of gathered facets
     octave = np.ceil(np.log2(np.sqrt(mesh.unknowns.area)) - 1e-6)
     cell = np.floor((mesh.centroid[one] - mesh.bounds[0]) / (cells * 2.0**octave)[:, None])
     facing = np.round(1.5 * mesh.normal[one])

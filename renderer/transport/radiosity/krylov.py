@@ -1,8 +1,8 @@
-"""One solve for all bands and paints where reflecting surfaces reflect alike and direct light falls alike.
+"""One solve for all bands and paints, where all reflecting surfaces have one reflectance and the pattern of
+direct light is the same in every band.
 
-The bands (1 − ρ G) z = b differ by ρ alone, as do those of another paint. All share one Krylov space
-(Lanczos' steps; Frommer and Maass, SIAM J. Sci. Comput. 20, 1999), in which one column is multiplied for all
-of them.
+The equations (1 − ρ G) z = b of bands and paints then differ by ρ alone and share one Krylov space (Lanczos'
+steps; Frommer and Maass, SIAM J. Sci. Comput. 20, 1999): one product with G at each step serves all.
 """
 
 from threading import Lock
@@ -25,13 +25,14 @@ class Krylov:
         self._growing = Lock()
 
     def is_of(self, side: np.ndarray, first: np.ndarray) -> bool:
-        """Whether this is the space of that side and first vector."""
+        """Whether this space was built from that `side` and `first`."""
         return np.array_equal(side, self._side) and np.array_equal(first, self._first)
 
     def solve(self, rho: np.ndarray, goal: float, max_steps: int = 48) -> np.ndarray:
         """Weights (k, m) of the basis in z with (1 − ρ G) z = first, for each ρ (m,), G the scaled matrix.
 
-        goal : residual at which it stops; max_steps : after which it stops, and band by band has to go on
+        goal : residual at which it stops
+        max_steps : number of steps after which it stops; bands then have to be solved one by one
         """
         pivot, before, left = np.inf, 0.0, np.ones(len(rho))
         for k in range(max_steps):
@@ -40,7 +41,7 @@ class Krylov:
                     self._grow()
             pivot = 1 - rho * self.alpha[k] - (rho * before) ** 2 / pivot
             before = self.beta[k]
-            left *= rho * before / pivot  # of the residual, as in conjugate gradients
+            left *= rho * before / pivot  # residual, as in conjugate gradients
             if (left <= goal / 4).all():
                 break
         alpha, beta = np.array(self.alpha[:k + 1]), np.array(self.beta[:k])

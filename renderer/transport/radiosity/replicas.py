@@ -1,8 +1,8 @@
-"""The light by each replica of the rays, from its small departure from the light by all rays.
+"""The light computed with each replica of the rays, as a small departure from the light with all rays.
 
-The operator of a replica, S + D, is nearly that of all rays, S. To first order its light departs by what D
-sends of the light by S, once that has gone round the room by S: one solve with as many columns as there are
-replicas.
+The operator S + D of a replica differs little from the operator S of all rays. To first order its light
+departs by the solution with S whose direct light is D times the light with S. One solve has a column for each
+replica.
 """
 
 import numpy as np
@@ -12,12 +12,13 @@ from renderer.transport.radiosity.solve import rescaled
 
 
 def departures(exchange: Exchange, more, radiosity: np.ndarray) -> np.ndarray:
-    """Irradiance by the operator of each replica less that by the whole one (replicas, n, n_bands) [W m⁻²].
+    """Irradiance with the operator of each replica minus irradiance with the whole operator (replicas, n,
+    n_bands) [W m⁻²].
 
     more : returns D x (replicas, n, k) from x (n, k)
     radiosity : (n, n_bands) [W m⁻²]
-    Each operator is made to conserve energy, as the whole one does: scaled by 1 + d from both sides, where (A
-    + S) d = −D 1 to first order.
+    Each operator is scaled by 1 + d from both sides so that it conserves energy; to first order (A + S) d =
+    −D 1.
     """
     ones = np.ones((len(radiosity), 1))
     brought = more(np.hstack([ones, radiosity]))

@@ -7,30 +7,31 @@ from renderer.transport.factors.exchange import Exchange
 from renderer.transport.radiosity.krylov import Krylov
 
 RESIDUAL_TOLERANCE = 1e-11
-"""Residual over the right-hand side, in every band, at which a solve stops; energy is then conserved to about
-as much."""
+"""Residual over the right-hand side, in every band, at which a solve stops. Energy is then conserved to about
+the same fraction."""
 SINGLE_PRECISION_STEPS = 200
-"""Steps after which a solve in single precision goes on in double precision."""
+"""Number of steps after which a solve in single precision continues in double precision."""
 BAR_TOLERANCE, REPLICA_TOLERANCE = 2e-6, 1e-3
-"""Residuals for a solve that serves error bars: of a mesh, and of the departures of replicas."""
+"""Residuals over the right-hand side of solves for error bars: on a coarser mesh, and for departures of
+replicas."""
 
 
 def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
               tolerance: float = RESIDUAL_TOLERANCE,
               common_direct_pattern: np.ndarray | None = None) -> tuple:
-    """B = ρ (E_direct + F B), solved by conjugate gradients: B and F B, sent and received (n_patches,
-    n_bands) [W m⁻²].
+    """Solve B = ρ (E_direct + F B) by conjugate gradients. Returns the radiosity B and the irradiance F B by
+    other patches, each (n_patches, n_bands) [W m⁻²].
 
     reflectance : (n_patches, n_bands) [1]; direct : (n_patches, n_bands) [W m⁻²], direct irradiance
     tolerance : residual over the right-hand side
-    common_direct_pattern : (n_patches,) of which all columns of `direct` are multiples; None where they are
-        not
+    common_direct_pattern : (n_patches,) vector of which all columns of `direct` are multiples; None where
+      there is none
     With b = √A B = r z and r = √ρ the equation is (1 − r G r) z = r √A E, where G_ij = S_ij / √(A_i A_j) is
-    symmetric with no eigenvalue above 1: positive definite as long as something absorbs. Nothing is divided
-    by ρ or 1 − ρ, so reflectances near 0 and 1 need no special care. Steps are in single precision where that
-    converges; residual and result are in double precision (iterative refinement: Higham, Accuracy and
-    Stability of Numerical Algorithms, 2nd ed., ch. 12). Raises SolveError where it does not converge, as when
-    nothing absorbs.
+    symmetric with no eigenvalue above 1: positive definite as long as something absorbs. No quantity is
+    divided by ρ or 1 − ρ, so reflectances near 0 and 1 need no special care. Steps are in single precision
+    where that converges; residual and result are in double precision (iterative refinement: Higham, Accuracy
+    and Stability of Numerical Algorithms, 2nd ed., ch. 12). Raises SolveError where it does not converge, as
+    when nothing absorbs.
     """
     root = np.sqrt(exchange.areas)[:, None]
     inverse = 1 / np.where(root > 0, root, np.inf)
@@ -41,10 +42,10 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
     norm = _norm(right)
     norm = np.where(norm > 0, norm, 1.0)
     large = exchange.single
-    goal = max(tolerance, 5e-7) if large else tolerance  # a large mesh's factors are known to 1e-4 at best
+    goal = max(tolerance, 5e-7) if large else tolerance  # factors of a large mesh err by 1e-4 or more
 
     def check(z: np.ndarray) -> tuple:
-        # After hundreds of steps the residual of the recursion may not be the true one.
+        # After hundreds of steps the recursion's residual may differ from the true one.
         sent = side * z
         received = _product(exchange.matrix, sent)
         residual = right - z + side * received
@@ -60,7 +61,7 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
         sent, residual = side * z, right - z + side * received
     left = _norm(residual) / norm
     matrix = None
-    for _ in range(10):  # two do unless hardly anything absorbs
+    for _ in range(10):  # two suffice unless hardly anything absorbs
         if (left <= goal).all():
             break
         if matrix is None:
@@ -69,7 +70,7 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
         single = sides.dtype == np.float32
         rest, enough = residual / size, goal / 2 / left.max()
         if single:
-            rest, enough = _in_lines(rest), max(1e-6, enough)  # what single precision reaches
+            rest, enough = _in_lines(rest), max(1e-6, enough)  # limit of single precision
         most = SINGLE_PRECISION_STEPS if single and not large else 20_000
         z = z + size * _conjugate_gradients(matrix, -sides, sides, rest, enough, most)[:, :right.shape[1]]
         before = left
@@ -78,7 +79,7 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
             matrix, sides = exchange.matrix, side
         elif (left > before / 2).all():
             break
-    # A residual of rounding size against a large z is as good as the numbers allow.
+    # A residual that is only rounding of a large z cannot be made smaller.
     rounding = 1e-14 * _norm(z) / norm
     if not (left <= np.maximum(max(goal, 1e-6), rounding)).all():
         raise SolveError(f"the interreflections do not converge (residual {left.max():.1e}): almost "
@@ -89,10 +90,10 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
 
 def _one_paint(exchange: Exchange, inverse: np.ndarray, r: np.ndarray, right: np.ndarray,
                first: np.ndarray, goal: float) -> tuple | None:
-    """z, and S r z / √A, where all reflecting surfaces reflect alike, as in a room of one paint; else None.
+    """z, and S r z / √A, where all reflecting surfaces have one reflectance in each band; else None.
 
     inverse : 1 / √A (n_patches,)
-    first : √A times the pattern of direct light (n_patches,), alike in every band
+    first : (n_patches,) √A times the pattern of direct light, which all bands share
     """
     reflecting = r.any(axis=1)
     first = np.where(reflecting, first, 0.0)
@@ -100,7 +101,7 @@ def _one_paint(exchange: Exchange, inverse: np.ndarray, r: np.ndarray, right: np
     if size == 0 or (r[reflecting] != r[reflecting][0]).any():
         return None
     first, side = first / size, np.where(reflecting, inverse, 0.0)
-    # Another paint gets this same space, to the last digit, in whichever order they come.
+    # Another paint uses this same space, so that results do not depend on the order of paints.
     space = exchange.kept.get("krylov")
     if space is None or not space.is_of(side, first):
         space = exchange.kept["krylov"] = Krylov(exchange.matrix, side, first)
@@ -111,8 +112,8 @@ def _one_paint(exchange: Exchange, inverse: np.ndarray, r: np.ndarray, right: np
 
 
 def rescaled(exchange: Exchange, missing: np.ndarray) -> np.ndarray:
-    """d (n_patches, k) with (A + S) d = missing, to a thousandth. The operator scaled by 1 + d from both
-    sides has rows that sum to `missing` more.
+    """d (n_patches, k) with (A + S) d = missing, to a thousandth. Scaling the operator by 1 + d from both
+    sides adds `missing` to the sums of its rows.
 
     missing : (n_patches, k) [m²]
     """
@@ -168,8 +169,9 @@ def _product(matrix, x: np.ndarray) -> np.ndarray:
 
 
 def _in_lines(a: np.ndarray) -> np.ndarray:
-    """The array in single precision, with columns of 0 so that each row fills whole lines of the processor's
-    cache: rows are then gathered a fifth faster, and dense products take two thirds of the time."""
+    """The array in single precision, with columns of 0 added so that each row fills whole lines of the
+    processor's cache. Gathering rows is then a fifth faster, and dense products take two thirds of the
+    time."""
     rows, columns = a.shape
     line = 16  # numbers of a cache line
     wide = columns if columns < line else -(-columns // line) * line

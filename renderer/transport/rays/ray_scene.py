@@ -1,7 +1,8 @@
-"""What a ray meets. This is the only user of Embree, whose numbers are in single precision.
+"""Rays through a scene. Only this module uses Embree, which computes in single precision.
 
-The scene is moved to its middle and scaled to unit size in float64 before rays are cast, so tolerances are
-relative: a room of 1 mm or 10 km, or one far from the origin, behaves alike.
+Before rays are cast the scene is centred and scaled to unit size in double precision. Tolerances are
+therefore relative: results do not depend on the size of the room (1 mm or 10 km) or its distance from the
+origin.
 """
 
 from dataclasses import dataclass
@@ -16,8 +17,8 @@ from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.mesh.mesh import Mesh
 
 NOTHING, COVERED = -1, -2
-"""Results of a ray that meets no patch: it leaves the scene, or it meets the back of a surface, since it
-started inside a solid or outside the room."""
+"""Results of a ray that meets no patch: it leaves the scene (NOTHING), or it meets the back of a surface
+because it started inside a solid or outside the room (COVERED)."""
 
 
 @dataclass
@@ -25,8 +26,8 @@ class RayScene:
     """Rays through the patches of one mesh.
 
     rays : number of rays cast
-    exposed : (n_patches,) whether a patch takes part. Covered patches, such as a crate's foot and the floor
-        under it, are left out: two surfaces in one place would be met in either order.
+    exposed : (n_patches,) whether rays may meet a patch. Covered patches, such as a crate's underside and the
+      floor under it, are left out: of two surfaces in one place a ray may meet either.
     """
 
     mesh: Mesh
@@ -97,8 +98,8 @@ class RayScene:
         return free
 
     def _free(self, origins: np.ndarray, reach: np.ndarray, distance2: np.ndarray) -> np.ndarray:
-        """Whether nothing stands between origins (…, 3) and what lies `reach` (…, 3) away, both in units of
-        the cast scene; `reach` is overwritten.
+        """Whether nothing stands between origins (…, 3) and points at `reach` (…, 3) from them, in units of
+        the scaled scene. `reach` is overwritten.
 
         distance2 : (…) squared length of `reach`
         """
@@ -112,11 +113,11 @@ class RayScene:
         return (met != 0).reshape(distance2.shape)
 
     def between(self, first: np.ndarray, second: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Exchange by rays between points all over pairs of patches, as by `exchanged` but for a factor: with
-        nothing between, and what gets past what stands there; both (k, rays).
+        """Exchange along rays between points all over pairs of patches, in proportion to `exchanged`: without
+        obstruction, and with it; both (k, rays).
 
         first, second : (k,) patches
-        square : (4, k, rays) points of the unit hypercube, in single precision, like all numbers here
+        square : (4, k, rays) points of the unit hypercube; single precision, as all arrays here
         """
         s, t, p, q = square
         for patch, one, other in ((first, s, t), (second, p, q)):
@@ -144,12 +145,12 @@ class RayScene:
         return worth, worth * self._free(origins, reach, distance2)
 
     def off(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Points (k, 3) [m] lifted off their surface, where rays may start."""
+        """Points (k, 3) [m] moved off their surface, from which rays may start."""
         return points + STAND_OFF * self.mesh.scale * normals
 
 
 def _fold(triangular: np.ndarray, s: np.ndarray, t: np.ndarray) -> None:
-    """Turn points of the unit square (k, rays) past the diagonal of triangles back, in place."""
+    """Reflect points of the unit square (k, rays) past the diagonal of triangles, in place."""
     rows = np.flatnonzero(triangular)
     if len(rows):
         one, other = s[rows], t[rows]

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 BITS, SINGLE_BITS = 30, 23
-"""Bits of a coordinate; and in single precision, where half of the last bit is added."""
+"""Number of bits of a coordinate in double and in single precision. In single precision half of the last bit
+is added."""
 REPLICAS = 8
 """Number of independent replicas of all random quantities; their spread gives the sampling error."""
 
@@ -35,9 +36,9 @@ class Stream(IntEnum):
 
 
 class Nets:
-    """Nets of n points in [0, 1)^dimensions, each a Sobol net with a digital shift of its own.
+    """Nets of n points in [0, 1)^dimensions, each a Sobol net with a random digital shift.
 
-    n : a power of 2; replicas : independent nets of n points in each draw
+    n : a power of 2; replicas : number of independent nets of n points in each draw
     scrambling : seed of the scrambling, which several nets may share; by default the seed of the shifts
     Equal seeds give equal nets. The shifts make nets independent (Sobol 1967), so that their errors average
     out and can be measured.
@@ -49,8 +50,8 @@ class Nets:
         self._nets = _scrambled(n, dimensions, scrambling or seed, replicas)
 
     def draw(self, start: int, stop: int) -> np.ndarray:
-        """Nets for items start to stop (stop − start, replicas · n, dimensions): equal for equal `start`,
-        whichever core asks first."""
+        """Nets for items start to stop (stop − start, replicas · n, dimensions): equal for equal `start`, in
+        any order of calls."""
         replicas, n, dimensions = self._nets.shape
         shifted = (self._nets ^ self._shift(start, stop)).reshape(stop - start, replicas * n, dimensions)
         return shifted * 2.0**-BITS + 2.0 ** -(BITS + 1)
@@ -77,15 +78,15 @@ class Nets:
 def _scrambled(n: int, dimensions: int, seed: tuple[int, ...], replicas: int) -> np.ndarray:
     """Scrambled nets (replicas, n, dimensions), in units of 2**-BITS, kept for all meters of a room.
 
-    Each of n = 2**m points is the sum modulo 2 of the direction numbers that its index names; these are
-    scrambled by a random lower triangular matrix for each dimension (J. Matoušek, J. Complexity 14, 1998).
-    The shift that goes with it is drawn for each item.
+    Each of n = 2**m points is the sum modulo 2 of the direction numbers at the 1 bits of its index. These
+    numbers are scrambled by a random lower triangular matrix for each dimension (J. Matoušek, J. Complexity
+    14, 1998). A shift is drawn separately for each item.
     """
     m = int(n).bit_length() - 1
     random = np.random.default_rng(seed)
     matrices = np.tril(random.integers(2, size=(replicas, dimensions, BITS, BITS)), -1)
     matrices += np.eye(BITS, dtype=int)
-    # The first digit counts halves.
+    # The first digit has the value ½.
     digits = _directions()[:dimensions, :m, None] >> np.arange(BITS)[::-1] & 1
     scrambled = np.einsum("pdij,dkj->pdki", matrices, digits) % 2
     directions = (scrambled << np.arange(BITS)[::-1]).sum(axis=-1).astype(np.uint32)
@@ -123,5 +124,5 @@ def cosine_directions(square: np.ndarray, frames: np.ndarray) -> np.ndarray:
     radius, angle = np.sqrt(square[..., 0]), (2 * np.pi * square[..., 1]).astype(np.float32)
     np.multiply(radius, np.cos(angle), out=local[..., 0], casting="same_kind")
     np.multiply(radius, np.sin(angle), out=local[..., 1], casting="same_kind")
-    local[..., 2] = np.sqrt(1 - square[..., 0])  # in double: near the horizon digits are scarce
+    local[..., 2] = np.sqrt(1 - square[..., 0])  # in double: near the horizon few digits are left
     return local @ frames.astype(np.float32)
