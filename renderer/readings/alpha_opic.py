@@ -25,5 +25,6 @@ def efficacy(power: np.ndarray) -> np.ndarray:
 
 
 def daylight_ratio(power: np.ndarray) -> np.ndarray:
-    """α-opic daylight (D65) efficacy ratios (5,) of light (471,) that has lumens (CIE S 026:2018, 3.8)."""
+    """α-opic daylight (D65) efficacy ratios (5,) of light (471,), which must not be dark (CIE S 026:2018,
+    3.8)."""
     return efficacy(power) / efficacy(d65()[1])

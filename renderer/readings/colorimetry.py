@@ -33,8 +33,8 @@ def _locus(inverse: np.ndarray) -> np.ndarray:
 
 @cache
 def _knots(coldest: float = 300.0) -> tuple[np.ndarray, np.ndarray]:
-    """1000 K / T (k,) from an infinite temperature (0) to `coldest` [K], by which the locus is at the
-    spectrum's red end, and the locus there (k, 2)."""
+    """1000 K / T (k,) from an infinite temperature (0) to `coldest` [K], where the locus has reached the
+    spectrum's red end, and the locus at these values (k, 2)."""
     inverse = np.concatenate([np.arange(0.0, 0.01, 0.001), np.geomspace(0.01, 1000 / coldest, 600)])
     return inverse, _locus(inverse)
 
@@ -53,21 +53,21 @@ def colour_temperature(xy: tuple[float, float] | None) -> tuple[float | None, fl
     knots, there = _knots()
     near = int(np.argmin(((there - uv) ** 2).sum(axis=1)))
     low, high = knots[max(near - 1, 0)], knots[min(near + 1, len(knots) - 1)]
-    for _ in range(12):  # the distance has one minimum between three knots; each round leaves a quarter
+    for _ in range(12):  # one minimum lies between three knots; a round quarters the interval
         inverse = np.linspace(low, high, 9)
         offsets = uv - _locus(inverse)
         best = int(np.argmin((offsets**2).sum(axis=1)))
         low, high = inverse[max(best - 1, 0)], inverse[min(best + 1, 8)]
     at, offset = inverse[best], offsets[best]
-    duv = float(np.copysign(np.linalg.norm(offset), offset[1]))  # as ANSI C78.377 has it
+    duv = float(np.copysign(np.linalg.norm(offset), offset[1]))  # sign by ANSI C78.377
     cct = 1000 / at if at > 1e-12 else np.inf
     white = abs(duv) <= MAX_DUV and 1000.0 * (1 - 1e-6) <= cct <= 100_000.0
     return (float(cct) if white else None), duv
 
 
 def colour_of(power: np.ndarray) -> dict:
-    """The quantities of COLOUR for light (471,) at 360–830 nm, 1 nm, in any unit; None for one that has no
-    meaning."""
+    """The quantities of COLOUR for light (471,) at 360–830 nm, 1 nm, in any unit; None for a quantity that is
+    not defined for this light."""
     xy = _xy(power @ cie_1931()[1])
     cct, duv = colour_temperature(xy)
     # Colour rendering is defined for white light only.

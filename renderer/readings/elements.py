@@ -1,8 +1,8 @@
-"""Mean direct light over what a meter sees of each element that surfaces are divided into.
+"""Mean direct light over the part of each surface element that a meter sees.
 
-The light of a near lamp varies much across an element. Where a body hides the brightest of it from the meter,
-errors at the middles of elements have one sign: with them a floor below an opaque uplight read 0.28 % low on
-every mesh, with a bar of 0.05 %.
+The light of a near lamp varies much across an element. Where a body hides the brightest part from the meter,
+the light at the middles of elements is wrong by errors of one sign, which refinement does not reveal: 0.28 %
+on the floor below an opaque uplight, with a bar of 0.05 %.
 """
 
 from dataclasses import dataclass
@@ -21,13 +21,14 @@ from renderer.transport.transport import Transport
 
 @dataclass(frozen=True)
 class Seen:
-    """What a meter sees of elements (k).
+    """The visible parts of elements (k).
 
-    share : (replicas, k) of each element that is seen
-    middle : (k, 2) of what is seen of it, as s and t
+    share : (replicas, k) visible share of each element
+    middle : (k, 2) s and t of the middle of its visible part
     row : (k,) row of the element in `places` and `past`; -1 for an element that is seen whole
     places : (n, replicas, rays, 2) ends of the rays, as s and t
-    past : (n, replicas, rays) exchange with the meter of what is seen there, but for a factor
+    past : (n, replicas, rays) exchange with the meter at these places, 0 where hidden, up to a constant
+    factor
     """
 
     share: np.ndarray
@@ -37,12 +38,12 @@ class Seen:
     past: np.ndarray
 
     def of(self, which: np.ndarray) -> "Seen":
-        """The same of some elements."""
+        """The visible parts of some of the elements."""
         return Seen(self.share[:, which], self.middle[which], self.row[which], self.places, self.past)
 
 
 def all_seen(mesh: Mesh, patch: np.ndarray, corners: np.ndarray, replicas: int) -> Seen:
-    """All of elements that nothing hides from the meter.
+    """`Seen` for elements of which nothing is hidden from the meter.
 
     patch : (k,); corners : (k, 4, 2) as s and t
     """
@@ -54,12 +55,12 @@ def all_seen(mesh: Mesh, patch: np.ndarray, corners: np.ndarray, replicas: int) 
 
 def seen_past(seen: Seen, doubtful: np.ndarray, places: np.ndarray, worth: np.ndarray,
               clear: np.ndarray) -> Seen:
-    """What is seen where rays went to some elements.
+    """`Seen` with the results of rays to doubtful elements.
 
-    seen : with nothing between; doubtful : (n,) those elements
+    seen : of all elements, as if nothing were hidden; doubtful : (n,) indices of the elements with rays
     places : (n, replicas, rays, 2) ends of the rays, as s and t
-    worth : (n, replicas, rays) exchange with the meter with nothing between; clear : whether nothing is
-        between
+    worth : (n, replicas, rays) unobstructed exchange with the meter, up to a constant factor
+    clear : (n, replicas, rays) whether each ray is unobstructed
     """
     past, share, middle, row = worth * clear, seen.share.copy(), seen.middle.copy(), seen.row.copy()
     total = worth.sum(axis=2)
@@ -73,7 +74,7 @@ def seen_past(seen: Seen, doubtful: np.ndarray, places: np.ndarray, worth: np.nd
 
 def element_light(transport: Transport, position: np.ndarray, normal: np.ndarray, patch: np.ndarray,
                   corners: np.ndarray, seen: Seen, rays: int) -> np.ndarray:
-    """Mean direct illuminance per lumen on what a meter sees of elements (replicas, k, n_luminaires) [m⁻²].
+    """Mean direct illuminance per lumen on the visible parts of elements (replicas, k, n_luminaires) [m⁻²].
 
     position, normal : (3,) [m], of the meter
     patch : (k,); corners : (k, 4, 2) of the elements, as s and t
@@ -82,8 +83,8 @@ def element_light(transport: Transport, position: np.ndarray, normal: np.ndarray
     mesh, facing = transport.mesh, transport.mesh.normal[patch]
     world = mesh.at(patch[:, None], corners[..., 0], corners[..., 1])
     bare = unoccluded(mesh.at(patch, *seen.middle.T), facing, transport.luminaires)
-    # Below 0.06 the light of a near lamp, as 1/d⁴, is at the middle within 1 part in 400 of its mean, below
-    # 0.02 in 4,000; where no ray is cast nothing else errs as much.
+    # The light of a near lamp varies as 1/d⁴. Its value at the middle is within 1/400 of the mean below 0.06,
+    # and within 1/4,000 below 0.02; the latter where no rays are cast, since other errors are then smaller.
     most = 0.06 if transport.ray_scene is not None else 0.02
     steep = near_lamps(transport, patch, world, most) & (bare > 0)
     for index, lum in enumerate(transport.luminaires):
@@ -115,8 +116,8 @@ def _gauss(mesh: Mesh, patch: np.ndarray, corners: np.ndarray) -> tuple[np.ndarr
 
 def _mean(at: np.ndarray, normals: np.ndarray, weight: np.ndarray, lum: Luminaire,
           otherwise: np.ndarray) -> np.ndarray:
-    """Mean illuminance per lumen of a luminaire at places (k, n, 3) by weights (k, n), with nothing between
-    (k,); `otherwise` where all weights are 0."""
+    """Mean unobstructed illuminance per lumen (k,) of a luminaire at places (k, n, 3) with weights (k, n);
+    `otherwise` where all weights are 0."""
     k, n = weight.shape
     light = unoccluded(at.reshape(-1, 3), np.repeat(normals, n, axis=0), [lum])[:, 0].reshape(k, n)
     total = weight.sum(axis=1)
@@ -124,8 +125,8 @@ def _mean(at: np.ndarray, normals: np.ndarray, weight: np.ndarray, lum: Luminair
 
 
 def _places(transport: Transport, patch: np.ndarray, corners: np.ndarray, seen: Seen) -> np.ndarray:
-    """Starts of shadow rays (k, replicas, 2), as s and t: all over an element seen whole; on another element
-    the end of a ray from the meter, drawn by what it brings."""
+    """Starts of shadow rays (k, replicas, 2), as s and t: all over an element that is wholly visible; on
+    others the end of a ray from the meter, drawn in proportion to its exchange."""
     replicas, mesh = len(seen.share), transport.mesh
     square = Nets(replicas, 2, (transport.seed, Stream.PLACES_ON_ELEMENTS, 0)).draw(0, len(patch))
     places = np.stack(mesh.within(patch, corners, square), axis=-1)
@@ -137,14 +138,14 @@ def _places(transport: Transport, patch: np.ndarray, corners: np.ndarray, seen: 
     drawn = (upto <= lot * upto[..., -1:]).sum(axis=2).clip(max=past.shape[2] - 1)
     st = seen.places[seen.row[partly]]
     own = np.take_along_axis(st, drawn[..., None, None], axis=2)[:, :, 0]
-    # Where a replica sees nothing of the element, the place has no weight.
+    # Where nothing of the element is visible in a replica, the place has no weight.
     places[partly] = own
     return places
 
 
 def near_lamps(transport: Transport, patch: np.ndarray, world: np.ndarray, most: float) -> np.ndarray:
-    """Whether each lamp lights an element from so near that its half diagonal is more than a share `most` of
-    the distance (k, n_luminaires).
+    """Whether half the diagonal of an element is longer than `most` times its distance from a lamp that
+    lights it (k, n_luminaires).
 
     patch : (k,); world : (k, 4, 3) [m] corners of the elements
     """
@@ -153,7 +154,8 @@ def near_lamps(transport: Transport, patch: np.ndarray, world: np.ndarray, most:
     slack = 1e-9 * transport.mesh.scale
     near = np.zeros((len(patch), len(transport.luminaires)), dtype=bool)
     for index, lum in enumerate(transport.luminaires):
-        # Where a face touches a wall its light has a limit: a hundredth of the face is fine enough.
+        # The light of a face that touches a wall is finite there: elements of a hundredth of the face are
+        # small enough.
         near[:, index] = lum.may_light(world, normal, slack) & (
             size > np.maximum(most * lum.distance(middle - lum.center), 0.01 * np.sqrt(lum.area)))
     return near

@@ -1,9 +1,9 @@
 """Many meters at once, by paths.
 
-A path goes from the meter to a surface, which luminaires light directly; one more ray from there brings the
-solved radiosity of what it meets. So solved light counts only after one more reflection, and a coarse mesh is
-enough (final gathering: M. C. Reichert, thesis, Cornell, 1992; next-event estimation: J. T. Kajiya, SIGGRAPH
-1986).
+A path goes from the meter to a surface and adds the light that luminaires send there directly. One more ray
+from there adds the solved radiosity of the patch that it meets. Solved light therefore counts only after a
+further reflection, and a coarse mesh is enough (final gathering: M. C. Reichert, thesis, Cornell, 1992;
+next-event estimation: J. T. Kajiya, SIGGRAPH 1986).
 """
 
 from dataclasses import dataclass
@@ -22,21 +22,21 @@ from renderer.transport.rays.sampling import Nets, Stream, cosine_directions
 from renderer.transport.transport import Transport
 
 PATH_REPLICAS = 16
-"""Independent repeats of the paths: more than of other rays, since the bars that decide when a reading stops
-must themselves be known well."""
+"""Number of independent replicas of the paths: more than of other rays, because the error bars that end a
+reading must be accurate."""
 NUMBERS_PER_STEP = 5
-"""Random numbers that a step of a path takes: two for its direction, one for the luminaire, two for the place
-on it."""
+"""Random numbers for one step of a path: two for its direction, one for the luminaire, two for the place on
+it."""
 
 
 @dataclass(frozen=True)
 class Gather:
-    """What meters see by paths, in PATH_REPLICAS independent repeats, whatever reflectances and lumens are.
+    """Weights of meters read by paths, in PATH_REPLICAS replicas, for any reflectances and lumens.
 
     straight : (replicas, n_meters, n_luminaires) illuminance per lumen straight from each luminaire [m⁻²]
-    direct : for each step of the paths (replicas · n_meters · n_combinations, n_luminaires), light of
-        luminaires on what is met, per lumen, by the surfaces met so far
-    beyond : (replicas · n_meters · n_combinations, n_patches) share of each patch in what is met last
+    direct : for each step of the paths (replicas · n_meters · n_combinations, n_luminaires), direct light per
+      lumen where the paths end, by the surfaces met so far [m⁻²]
+    beyond : (replicas · n_meters · n_combinations, n_patches) share of each patch among the last ones met
     combinations : for each step (n_combinations, steps) surfaces met so far
     """
 
@@ -46,11 +46,11 @@ class Gather:
     combinations: list[np.ndarray]
 
     def read(self, reflectance: np.ndarray, flux: np.ndarray, radiosities: list[np.ndarray]) -> np.ndarray:
-        """Irradiance by replica, meter, sender and band (replicas, n_meters, 1 + n_surfaces, n_bands);
-        senders are the luminaires together, and each surface.
+        """Irradiance by replica, meter, sender and band (replicas, n_meters, 1 + n_surfaces, n_bands). The
+        first sender is all luminaires together, the others are the surfaces.
 
         reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
-        radiosities : (n_patches, n_bands) each, one for all replicas or several for one after the other
+        radiosities : (n_patches, n_bands) each, one for all replicas or several, used by replicas in turn
         """
         replicas, meters = self.straight.shape[:2]
         seen = np.zeros((replicas, meters, 1 + len(reflectance), flux.shape[1]))
@@ -86,8 +86,8 @@ def gather(transport: Transport, spots: list[MeterPlace], paths: int, round_: in
            steps: int = 1) -> Gather:
     """Paths followed from meters.
 
-    paths : number in each replica, a power of 2; round_ : tells repeated calls apart
-    steps : surfaces that a path meets before it brings the solved radiosity
+    paths : number in each replica, a power of 2; round_ : a different number for each repeated call
+    steps : number of surfaces that a path meets before its last ray, which adds solved radiosity
     """
     path = _Paths(transport, paths, (transport.seed, Stream.PATHS, round_), steps)
     n, shape = len(spots), (len(spots), PATH_REPLICAS * paths)

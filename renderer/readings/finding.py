@@ -33,9 +33,9 @@ class Comparison:
     def bar_percent(self) -> float:
         """Uncertainty of that error [%].
 
-        RGB and 31 bands share mesh, rays and direct light, so errors of both cancel. With all of the
-        reading's bar in its indirect light, that errs by bar/indirect, and the difference by that share of
-        itself. Twice that is taken, since the two do not share alike in the surfaces.
+        RGB and 31 bands share mesh, rays and direct light, so their common errors cancel. If the reading's
+        whole error is in its indirect light, the relative error of that is bar/indirect, and so is that of
+        the difference. It is doubled because RGB and 31 bands weight the surfaces differently.
         """
         indirect = self.spectral - self.direct
         if self.percent is None or not indirect > 0:
@@ -56,7 +56,7 @@ def is_claimed(percent: float, bar: float) -> bool:
 
 
 def of_reading(reading) -> list[Comparison]:
-    """A photometer's reading that knows RGB beside 31 bands; [] for one that does not."""
+    """The comparison for a photometer's reading; [] where it was not read in RGB beside 31 bands."""
     if reading.rgb_lx is None:
         return []
     return [Comparison(reading.name, reading.rgb_lx, reading.total_lx, reading.direct_lx,
@@ -64,7 +64,8 @@ def of_reading(reading) -> list[Comparison]:
 
 
 def of_grid(reading) -> list[Comparison]:
-    """A grid's mean, and the point where the error of RGB is largest; [] where RGB is not known."""
+    """The comparisons for a grid's mean and for the point where the error of RGB is largest; [] where it was
+    not read in RGB."""
     if reading.rgb is None:
         return []
     k, x = reading.worst_point, reading.grid.points[reading.read]
@@ -79,7 +80,7 @@ def of_grid(reading) -> list[Comparison]:
 class Finding:
     """The error of RGB in one room: on average over its readings, and where it is largest.
 
-    readings : one for each photometer and one for each grid (its mean); extremes : further places
+    readings : one for each photometer and one for each grid (its mean); extremes : points of grids
     """
 
     title: str

@@ -12,17 +12,17 @@ from renderer.transport.rays.sampling import REPLICAS, Nets, Stream
 from renderer.transport.transport import Transport
 
 GLARE_POINTS = 64
-"""Points all over a luminaire that the eye looks at, in each replica."""
+"""Number of points all over a luminaire in each replica."""
 SMALL_AREA = 0.005
-"""Projected area [m²] of a smaller luminaire, which glares by its intensity (CIE 147:2002)."""
+"""Projected area [m²] with which a smaller luminaire is rated by its intensity (CIE 147:2002)."""
 
 
 @dataclass(frozen=True)
 class SeenLuminaire:
-    """What an observer sees of one luminaire.
+    """One luminaire as an observer sees it.
 
-    luminance : mean over its solid angle [cd/m²]; solid_angle : [sr]; position_index : likewise the mean
-    share : of the sum Σ L²ω/p²
+    luminance : mean over its solid angle [cd/m²]; solid_angle : [sr]; position_index : mean over it
+    share : of this luminaire in the sum Σ L²ω/p²
     """
 
     name: str
@@ -36,8 +36,9 @@ class SeenLuminaire:
 class Glare:
     """The rating of one observer.
 
-    rating, uncertainty : UGR and its 95 % half-width; None where there is none, with the reason
-    indirect : vertical illuminance at the eye by way of the surfaces [lx]
+    rating, uncertainty : UGR and its 95 % half-width; None where UGR is not defined
+    reason : why there is no rating
+    indirect : indirect vertical illuminance at the eye [lx]
     sources : luminaires in sight; notes : cases that CIE 117 does not cover
     """
 
@@ -61,8 +62,9 @@ def position_index(right: np.ndarray, up: np.ndarray, forward: np.ndarray) -> np
     """Guth's position index of sources seen from an eye; 1 straight ahead.
 
     right, up, forward : (…,) [m] from the eye to the source
-    R. E. Levin, J. Illum. Eng. Soc. 4(2), 1975, 99, eq. 6: within 12 % of Guth's plot, the source of the
-    table of CIE 117. Below the line of sight as beside it (T. Iwata and W. Osterhaus, CIE x035, 2010).
+    It is eq. 6 of R. E. Levin, J. Illum. Eng. Soc. 4(2), 1975, 99: within 12 % of Guth's plot, the source of
+    the table in CIE 117. Below the line of sight it is the index beside it (T. Iwata and W. Osterhaus, CIE
+    x035, 2010).
     """
     sideways = np.abs(right)
     sigma = np.degrees(np.arctan2(np.hypot(right, up), forward))
@@ -77,10 +79,9 @@ def rate(transport: Transport, lumens: np.ndarray, name: str, eye: np.ndarray, d
     """The glare rating of an eye. Raises InputError.
 
     lumens : (n_luminaires,); eye : (3,) [m]; direction : (3,) unit
-    indirect : illuminance at the eye, facing that way, by way of the surfaces
-
+    indirect : indirect illuminance at the eye, on a plane that faces along `direction`
     UGR = 8 log10(0.25/L_b · Σ L²ω/p²), L_b = indirect/π (CIE 117-1995, eq. 4.1). The sum runs over points all
-    over each luminaire, so large ones are divided; L is intensity over projected area in the eye's direction.
+    over each luminaire, so large ones are divided. L is intensity toward the eye over projected area.
     """
     if abs(direction[2]) > 0.9999:
         raise InputError(f"{where} looks along {spelt(direction)}, straight up or down, where glare has no "
@@ -98,7 +99,7 @@ def rate(transport: Transport, lumens: np.ndarray, name: str, eye: np.ndarray, d
         notes += [f"{lum.name!r} {note}" for note in _notes(lum, angle)]
     if not sources or not indirect.value > 0:
         reason = ("no luminaire is seen: none is in the field of view and in sight" if not sources else
-                  "the background is black: no light comes by way of the surfaces")
+                  "the background is black: no indirect light reaches the eye")
         return Glare(name, eye, direction, None, None, indirect, [], reason)
     total = np.sum(sums, axis=0)
     sources = [replace(source, share=float(source.share / total.mean())) for source in sources]
@@ -124,7 +125,7 @@ def _seen_by_eye(transport: Transport, lum: Luminaire, lumens: float, index: int
     upright = np.array([0.0, 0.0, 1.0]) - direction[2] * direction
     upright /= np.linalg.norm(upright)
     right, up, forward = (sight @ axis for axis in (np.cross(direction, upright), upright, direction))
-    # The field of view of CIE 117, Table 4.1: farther up, brow and forehead hide luminaires.
+    # The field of view of CIE 117, table 4.1; farther up, brow and forehead hide luminaires.
     seen = (forward > 0) & (np.abs(right) <= 3.0 * forward) & (np.abs(up) <= 1.9 * forward)
     seen &= luminance > 0
     if transport.ray_scene is not None and seen.any():
@@ -136,7 +137,7 @@ def _seen_by_eye(transport: Transport, lum: Luminaire, lumens: float, index: int
 def _notes(lum: Luminaire, solid_angle: float) -> list[str]:
     """Notes on a source that CIE 117 does not cover."""
     if lum.is_point:
-        return [f"is a point: rated by its intensity, as if of {SMALL_AREA} m² (CIE 147)"]
+        return [f"is a point: rated by its intensity with an area of {SMALL_AREA} m² (CIE 147)"]
     smallest, largest = 0.0003, 0.1  # [sr], for which the UGR was made (CIE 117)
     if not smallest <= solid_angle <= largest:
         return [f"fills {solid_angle:.2g} sr; UGR was made for {smallest} to {largest} sr"]

@@ -17,9 +17,11 @@ from renderer.transport.transport import Transport
 class GridReading:
     """Illuminances of a grid [lx].
 
-    read : (n_v · n_u,) whether a meter can stand at each point; the other fields are over those k points
+    read : (n_v · n_u,) whether a meter can stand at each point; the other fields are for the k points where
+    one can
     direct, indirect, mesh_error, sampling_error : (k,) [lx]
-    mean, least, most : Ē, E_min and E_max; band_error : of the mean [lx]
+    mean, least, most : Ē, E_min and E_max
+    band_error : of the mean [lx]
     uniformity, uniformity_error : U₀ = E_min / Ē; None where there is no light
     rgb : (k,) total illuminance in RGB on the same transport [lx], beside 31 bands; else None
     """
@@ -40,7 +42,7 @@ class GridReading:
 
     @property
     def figures(self) -> tuple[Figure, Figure]:
-        """Figures that must be as accurate as asked: the mean, and the minimum, on which U₀ depends."""
+        """Figures to which the requested accuracy applies: the mean, and the minimum, on which U₀ depends."""
         return self.mean, self.least
 
     @property
@@ -60,7 +62,7 @@ class GridReading:
 
     @property
     def worst_point(self) -> int:
-        """Index of the point, of those read, where the relative error of RGB is largest."""
+        """Index, among the points read, of the one where the relative error of RGB is largest."""
         lit = np.where(self.total > 0, self.total, np.inf)
         return int(np.abs((self.rgb - self.total) / lit).argmax())
 
@@ -71,12 +73,13 @@ class GridReading:
 
 
 def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
-    """Whether a meter can stand at each point of a grid (n,). Raises InputError where it can at none."""
+    """Whether a meter can stand at each point of a grid (n,). Raises InputError where it can stand at
+    none."""
     points = grid.points
     read = np.ones(len(points), dtype=bool)
     walls = transport.room.shell
     normals = np.cross(walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0])
-    # Surfaces that stand at more than 60° to the grid are walls.
+    # Surfaces at more than 60° to the grid are walls.
     flat = np.abs(normals @ grid.normal) > 0.5 * np.linalg.norm(normals, axis=1)
     read &= ~outside(points, transport.room.shell, INSIDE_TOLERANCE * transport.room.scale)
     if grid.border and not flat.all():
@@ -100,17 +103,17 @@ def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
 def summarise(grid: Grid, read: np.ndarray, own: np.ndarray, meshes: np.ndarray, replicas: np.ndarray,
               steps: tuple[float, ...], quadrature: float, band_error: float,
               rare: np.ndarray | None = None) -> GridReading:
-    """A grid's figures from what the lamps and each surface send to each of its points [lx].
+    """A grid's figures from the illuminance by lamps and by each surface at each of its points [lx].
 
-    own : (k, 1 + n_surfaces) in the bands read
-    meshes : (m, k, 1 + n_surfaces) in RGB on the mesh read and on others
-    replicas : (s, k, 1 + n_surfaces) in RGB; steps, quadrature : as in `half_widths`
-    rare : (k,) likewise; None where nothing is sampled
+    own : (k, 1 + n_surfaces) in the bands read; the first column is the lamps'
+    meshes : (m, k, 1 + n_surfaces) in RGB, on the mesh read and on others
+    replicas : (s, k, 1 + n_surfaces) in RGB
+    steps, quadrature, rare : as in `half_widths`; rare : (k,), None where nothing is sampled
 
-    The mean is linear in its points, so its error is that of one meter that reads the mean: errors that the
-    points share count in full, others cancel. E_min is no better known than the points: it lies between the
-    least of E − u and the least of E + u; E_max likewise. The error of U₀ is that of E_min − U₀ Ē, which is
-    linear too, over Ē, and what the choice of the point adds.
+    The mean is linear in its points, so its error is that of one meter that reads the mean: errors common to
+    all points count in full, others cancel. E_min lies between the least of E − u and the least of E + u,
+    where u are the points' errors; E_max likewise. The error of U₀ is the error of E_min − U₀ Ē, which is
+    linear too, over Ē, with that of the choice of the lowest point.
     """
     total = own.sum(axis=1)
     rare = np.zeros(len(own)) if rare is None else rare

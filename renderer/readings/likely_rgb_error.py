@@ -1,4 +1,4 @@
-"""What RGB is likely to get wrong in a scene, before it is solved: a sentence for `plan` and `photometer`."""
+"""The likely error of RGB in a scene before it is solved, as a sentence for `plan` and `photometer`."""
 
 import numpy as np
 
@@ -16,8 +16,8 @@ def mean_reflectances(scene: Scene) -> np.ndarray:
 def likely_rgb_error(scene: Scene) -> str | None:
     """The sentence; None where RGB is likely right within MIN_WARNED_PERCENT.
 
-    By the rule of renderer.colour.colour_excess for a room lit evenly, since the indirect share is not known
-    yet. docs/answer.md says how often it misleads.
+    The error follows the rule of renderer.colour.colour_excess for an evenly lit room, because the share of
+    indirect light is not known yet. docs/answer.md states how often the rule misleads.
     """
     bands = scene.band_set("rgb")
     lumens = (scene.flux(bands) * bands.luminous).sum(axis=0)
@@ -28,11 +28,11 @@ def likely_rgb_error(scene: Scene) -> str | None:
     remedy = "--bands 31 gives the right value in hardly more time"
     if not favours_red(rgb):
         return ("RGB may be off by 5 % or more here, too bright or too dark: the paints favour green or "
-                f"blue, and no rule says which. {remedy}")
+                f"blue, for which no rule gives the sign. {remedy}")
     error = excess * float(error_per_excess(lumens[0] / lumens.sum()))
     if error < MIN_WARNED_PERCENT:
         return None
-    # Two of three rooms' mean errors lie between these multiples of it.
+    # The mean errors of two thirds of rooms lie between these multiples of the rule's value.
     low, high = digits(0.6 * error), digits(1.4 * error)
     return (f"RGB is likely {low} to {high} % too bright here on average over the surfaces, less where most "
             f"light is direct: the paints favour red. {remedy}")

@@ -18,8 +18,8 @@ from renderer.transport.sensors import Sensor, sense
 from renderer.transport.transport import Transport
 
 MAX_VIEW_SHARE, MAX_VIEW_SHARE_BY_RAYS = 2.5e-4, 2e-3
-"""Share of the meter's view that an element of a surface may fill; then its light may be taken at its middle.
-The second one where rays go to the elements, whose errors cover the rest."""
+"""Largest share of a meter's view that an element may fill if its light is evaluated at its middle; the
+second value where rays go to the elements, whose sampling errors are larger than the error of the middle."""
 READING_RAYS = 1 << 10
 """Shadow rays from the meter to each luminaire in each replica; more in penumbrae."""
 
@@ -28,9 +28,9 @@ READING_RAYS = 1 << 10
 class MeterPlace:
     """A meter's place.
 
-    position : (3,) [m], for exact factors, slightly off what the meter touches
-    origin : (3,) [m], for rays, off by their tolerance; normal : (3,) unit
-    touched : (k, 3) normals of what the meter touches
+    position : (3,) [m] for exact factors, slightly off the surfaces that the meter touches
+    origin : (3,) [m] of rays, off these surfaces by the rays' tolerance; normal : (3,) unit
+    touched : (k, 3) normals of these surfaces
     """
 
     position: np.ndarray
@@ -52,7 +52,7 @@ def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where:
 
 
 def stand(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> MeterPlace:
-    """The place of a meter at a point inside the room, as `place`."""
+    """The place of a meter at a point that is known to be inside the room; arguments as for `place`."""
     spot = off_surfaces(transport, position, normal)
     if (spot.touched @ normal < -1 + 1e-9).any():
         raise InputError(f"{where} faces the surface it lies on (normal {_short(normal)}) and sees "
@@ -96,7 +96,8 @@ def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> No
 
 
 def refuse_inside(transport: Transport, lifted: np.ndarray, where: str, position: np.ndarray) -> None:
-    """Raise InputError for a point inside a solid. position : (3,) [m]; lifted : off what it touches"""
+    """Raise InputError for a point inside a solid. position : (3,) [m]; lifted : (3,) the point off the
+    surfaces that it touches"""
     solids = transport.mesh.solids
     if len(solids) and room_shell.winding(lifted[None], solids)[0] < -0.5:
         raise InputError(f"{where}: position {_short(position)} is inside an object. "
@@ -111,8 +112,9 @@ def _short(xyz: np.ndarray) -> str:
 class Meter:
     """A photometer in its place. Its reading is linear in the light on the surfaces.
 
-    direct : (replicas, n_luminaires) illuminance per lumen, straight from each luminaire [m⁻²]
-    sensors : for each replica, with a row for what each surface sends (n_surfaces); one where no ray is cast
+    direct : (replicas, n_luminaires) direct illuminance per lumen of each luminaire [m⁻²]
+    sensors : one for each replica, with a row for the light of each surface (n_surfaces); a single one where
+      no ray is cast
     """
 
     direct: np.ndarray
@@ -123,8 +125,8 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
                own: Meter | None = None) -> Meter:
     """A meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError.
 
-    own : the meter there on the mesh that is read, where this one serves its error bar: direct light is
-        shared, and fewer rays are enough
+    own : the meter at this place on the mesh that is read, if this one is for its error bar: it then shares
+      the direct light and needs fewer rays
     """
     own = own if own is not None and len(own.direct) == transport.replicas else None
     key = (*position, *normal, own is None)
@@ -135,14 +137,15 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     rays = _element_rays(transport) // (1 if own is None else 4)
     sensors = _sensors(transport, spot, rays)
     meter = Meter(_direct(transport, spot) if own is None else own.direct, sensors)
-    # Patches times meters that are kept for the next room of the same shape: some 30 MB.
+    # Meters are kept for other materials and lamps up to this number of meters times patches (about 30 MB).
     if (len(transport.meters) + 1) * len(transport.mesh.patches) <= 50_000:
         transport.meters[key] = meter
     return meter
 
 
 def _sensors(transport: Transport, spot: MeterPlace, rays: int) -> tuple[Sensor, ...]:
-    """Sensors of what each surface sends to a meter, one a replica. rays : to an element in each replica"""
+    """Sensors for the light of each surface at a meter, one for each replica. rays : to each element in each
+    replica"""
     replicas = transport.replicas
     patch, corners, factor, whole = _elements(transport, spot)
     seen = all_seen(transport.mesh, patch, corners, replicas)
@@ -151,7 +154,7 @@ def _sensors(transport: Transport, spot: MeterPlace, rays: int) -> tuple[Sensor,
         some = seen.share.any(axis=0)
         patch, corners, factor, seen = patch[some], corners[some], factor[some], seen.of(some)
         whole = whole[some] & (seen.share == 1).all(axis=0)
-    # Whole patches have their mean direct light; smaller elements have their own.
+    # A whole patch has its mean direct light; for a smaller element direct light is computed.
     light = transport.direct_replicas[:, patch]
     divided = np.flatnonzero(~whole | (transport.ray_scene is None))
     light[:, divided] = element_light(transport, spot.position, spot.normal, patch[divided], corners[divided],
@@ -161,8 +164,8 @@ def _sensors(transport: Transport, spot: MeterPlace, rays: int) -> tuple[Sensor,
 
 
 def _direct(transport: Transport, spot: MeterPlace) -> np.ndarray:
-    """Illuminance per lumen, straight from each luminaire (replicas, n_luminaires) [m⁻²], by as many rays as
-    leave 0.05 % in doubt."""
+    """Direct illuminance per lumen of each luminaire (replicas, n_luminaires) [m⁻²], by enough rays for an
+    uncertainty of 0.05 %."""
     replicas, most = transport.replicas, 1 << 14
     rays = READING_RAYS if replicas > 1 else most
     while True:
@@ -177,9 +180,9 @@ def _direct(transport: Transport, spot: MeterPlace) -> np.ndarray:
 
 def _seen(transport: Transport, spot: MeterPlace, patch: np.ndarray, corners: np.ndarray, seen: Seen,
           rays: int) -> Seen:
-    """What a meter sees of elements (k) past what stands between.
+    """The visible parts of elements (k) from a meter, with obstruction.
 
-    patch : (k,); corners : (k, 4, 2); seen : with nothing between
+    patch : (k,); corners : (k, 4, 2) as s and t; seen : without obstruction
     rays : to each element in each replica
     """
     mesh, ray_scene = transport.mesh, transport.ray_scene
@@ -205,20 +208,22 @@ def _seen(transport: Transport, spot: MeterPlace, patch: np.ndarray, corners: np
 
 
 def max_view_share(patches: int, rays: int) -> float:
-    """Share of a meter's view that an element may fill. patches : of the mesh; rays : a patch, 0 for none"""
+    """Largest share of a meter's view that an element may fill. patches : number in the mesh; rays : from
+    each patch, 0 for none"""
     # A patch of the mesh fills 1/patches of the view on average.
     return min(max(MAX_VIEW_SHARE, 2 / patches), MAX_VIEW_SHARE_BY_RAYS) if rays else MAX_VIEW_SHARE
 
 
 def _element_rays(transport: Transport) -> int:
-    """Rays from the meter to each element, and from each element to each luminaire, in each replica, a power
-    of 2: more where elements are larger. The errors of thousands of elements average out."""
+    """Number of rays in each replica from the meter to each element, and from each element to each luminaire:
+    a power of 2, more for larger elements. The errors of thousands of elements average out."""
     more = max_view_share(len(transport.mesh.patches), transport.rays_per_patch) / MAX_VIEW_SHARE
     return 4 << round(np.log2(more))
 
 
 def _elements(transport: Transport, spot: MeterPlace, max_divisions: int = 24):
-    """Patches divided until no element fills too much of the view or is too near a lamp for its size.
+    """Patches divided until each element fills a small enough share of the view and is small relative to its
+    distance from lamps.
 
     Returns the patch of each element, ascending (k,), corners (k, 4, 2) as s and t, form factor from the
     meter (k,), and whether the element is a whole patch (k,).

@@ -16,14 +16,14 @@ from renderer.system.lazy import cached_property
 class Reading:
     """The reading of a photometer; arrays by band are (n_bands,), in the band set's unit per m².
 
-    direct, indirect : irradiance straight from the luminaires, and by way of the surfaces
-    power : (471,) [W m⁻² nm⁻¹] at 360–830 nm; None where the bands are no spectrum
-    watts : irradiance in each band (n_bands,) [W m⁻²]; likewise
+    direct, indirect : irradiance by the luminaires, and by the surfaces
+    power : (471,) spectral irradiance [W m⁻² nm⁻¹] at 360–830 nm, 1 nm; None where the bands give no spectrum
+    watts : (n_bands,) irradiance [W m⁻²]; None where the bands give no spectrum
     mesh_error, sampling_error : 95 % half-widths of the total illuminance [lx]
-    band_error : difference from the illuminance with bands of 2 nm [lx], the inputs taken as they are
-    by_surface_lx : illuminance by way of each surface (n_surfaces,) [lx], in the order of Scene.surfaces
-    by_surface : likewise by band (n_surfaces, n_bands); None for a reading by paths
-    rgb_lx : total illuminance in RGB on the same transport [lx], beside 31 bands; else None
+    band_error : difference from the illuminance in bands of 2 nm with equal inputs [lx]
+    by_surface_lx : (n_surfaces,) illuminance by each surface [lx], in the order of Scene.surfaces
+    by_surface : (n_surfaces, n_bands) irradiance by each surface; None for a reading by paths
+    rgb_lx : total illuminance in RGB on the same transport [lx], for readings in 31 bands; else None
     """
 
     name: str
@@ -62,12 +62,12 @@ class Reading:
 
     @property
     def direct_lx(self) -> float:
-        """Illuminance straight from the luminaires [lx]."""
+        """Direct illuminance, by the luminaires [lx]."""
         return float(self.direct @ self.bands.luminous)
 
     @property
     def indirect_lx(self) -> float:
-        """Illuminance by way of the surfaces [lx]."""
+        """Indirect illuminance, by the surfaces [lx]."""
         return float(self.indirect @ self.bands.luminous)
 
     @property
@@ -82,7 +82,7 @@ class Reading:
 
     @cached_property
     def _colour(self) -> dict:
-        """Chromaticity, colour temperature and rendering; None for what the bands cannot tell."""
+        """Chromaticity, colour temperature and rendering; None for quantities that the bands cannot give."""
         if self.bands.filters is not None:
             xy = chromaticity(self.total, self.bands)
             known = dict(zip(COLOUR, (xy, *colour_temperature(xy)), strict=False))
@@ -93,7 +93,7 @@ class Reading:
 
     @property
     def xy(self) -> tuple[float, float] | None:
-        """CIE 1931 chromaticity; None where there is no light, or the bands know no colour."""
+        """CIE 1931 chromaticity; None where there is no light, or the bands carry no colour."""
         return None if self._colour["xy"] is None else tuple(self._colour["xy"])
 
     @property
@@ -108,18 +108,18 @@ class Reading:
 
     @property
     def cri(self) -> float | None:
-        """CIE R_a of the light that arrives; None where it is not white, or the bands are no spectrum."""
+        """CIE R_a of the light that arrives; None where it is not white, or the bands give no spectrum."""
         return self._colour["cri_ra"]
 
     @property
     def tm30(self) -> tuple[float | None, float | None] | None:
-        """ANSI/IES TM-30 R_f and R_g; None where the light is not white, or the bands are no spectrum."""
+        """ANSI/IES TM-30 R_f and R_g; None where the light is not white, or the bands give no spectrum."""
         found = self._colour["tm30_rf"], self._colour["tm30_rg"]
         return None if found == (None, None) else found
 
     @property
     def alpha_opic(self) -> dict[str, float] | None:
-        """α-opic equivalent daylight illuminances [lx] by receptor (CIE S 026); None where the bands are no
+        """α-opic equivalent daylight illuminances [lx] by receptor (CIE S 026); None where the bands give no
         spectrum."""
         if self.power is None:
             return None

@@ -12,7 +12,7 @@ def uv_1960(xyz: np.ndarray) -> np.ndarray:
 
 
 def special_indices(power: np.ndarray, cct: float) -> np.ndarray:
-    """R_1 to R_14 (CIE 13.3-1995, 5) of light (471,) at 360–830 nm, 1 nm. cct : its CCT [K], however low"""
+    """R_1 to R_14 (CIE 13.3-1995, 5) of light (471,) at 360–830 nm, 1 nm. cct : its CCT [K]"""
     _, observer = cie_1931()
     reference = black_body(cct) if cct < 5000 else phase_of_daylight(cct)
     whites, colours = [], []
@@ -67,8 +67,8 @@ def fidelity_and_gamut(power: np.ndarray, cct: float) -> tuple[float, float]:
 
 
 def _tm30_reference(cct: float) -> np.ndarray:
-    """The light (471,) with which TM-30 compares: a black body up to 4000 K, daylight from 5000 K on, and
-    between them a mixture in proportion, of equal luminous flux."""
+    """The reference light (471,) of TM-30: a black body up to 4000 K, daylight from 5000 K, and in between a
+    mixture of both with equal luminous flux."""
     if cct <= 4000:
         return black_body(cct)
     if cct >= 5000:
@@ -118,10 +118,10 @@ def _polygon_area(corners: np.ndarray) -> float:
 
 
 def colour_rendering(power: np.ndarray, cct: float) -> tuple[float | None, ...]:
-    """R_a and R_9 (CIE 13.3-1995), R_f and R_g (ANSI/IES TM-30-18) of light (471,) at 360–830 nm, 1 nm. cct :
-    [K]
+    """R_a and R_9 (CIE 13.3-1995), R_f and R_g (ANSI/IES TM-30-18) of light (471,) at 360–830 nm, 1 nm.
 
-    None for one that has no value: far from white some hue bins of R_g stay empty.
+    cct : [K]
+    An index without a value is None: far from white some hue bins of R_g are empty.
     """
     indices = special_indices(power, cct)
     values = general_index(indices), indices[8], *fidelity_and_gamut(power / power.max(), cct)

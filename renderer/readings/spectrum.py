@@ -1,4 +1,4 @@
-"""Light at 1 nm from its 31 bands: the lamps are known at 1 nm, and a room changes them smoothly."""
+"""Spectrum at 1 nm from 31 bands: lamps are known at 1 nm, and a room changes their spectra smoothly."""
 
 import numpy as np
 
@@ -7,14 +7,15 @@ from renderer.colour.tables import cie_1931
 
 
 def reconstructed(reflected: np.ndarray, flux: np.ndarray, lamps: np.ndarray, bands: BandSet) -> np.ndarray:
-    """Irradiance (471,) [W m⁻² nm⁻¹] at 360–830 nm of light that came by way of the surfaces.
+    """Indirect spectral irradiance (471,) [W m⁻² nm⁻¹] at 360–830 nm.
 
-    reflected : (n_bands,) [W m⁻²]; flux : (n_bands,) [W] of all lamps; lamps : (471,) [W/nm], likewise
+    reflected : (n_bands,) [W m⁻²] indirect irradiance
+    flux : (n_bands,) [W] of all lamps; lamps : (471,) [W/nm] spectral flux of all lamps
 
     Reflected over flux is the room's transmission in each band. The result is the lamps' spectrum times a
     curve with these means, nowhere negative: the derivative of a monotone cubic through their running
     integral (F. N. Fritsch and R. E. Carlson, SIAM J. Numer. Anal. 17(2), 1980, doi:10.1137/0717021). Outside
-    the bands the curve keeps its end values. Where several kinds of lamp light a room, each is taken to
+    the bands the curve keeps its end values. Where several kinds of lamp light a room, each is assumed to
     arrive in proportion to its flux, band by band. A band with less than 1e-9 of the largest flux is
     interpolated.
     """
@@ -31,9 +32,9 @@ def reconstructed(reflected: np.ndarray, flux: np.ndarray, lamps: np.ndarray, ba
 def _slope_of_monotone_cubic(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Slope at the places `at` (m,) of the monotone piecewise cubic through y (k,) at x (k,), k > 2.
 
-    The slopes at x are harmonic means of those beside (F. N. Fritsch, J. Butland, SIAM J. Sci. Stat. Comput.
-    5(2), 1984, doi:10.1137/0905021); at the ends a parabola's, limited. scipy.interpolate has the same, and
-    takes a quarter of a second to import.
+    The slopes at x are harmonic means of the slopes on both sides (F. N. Fritsch, J. Butland, SIAM J. Sci.
+    Stat. Comput. 5(2), 1984, doi:10.1137/0905021); at the ends those of a parabola, limited.
+    scipy.interpolate has this method too but takes 0.25 s to import.
     """
     h, rise = np.diff(x), np.diff(y) / np.diff(x)
     before, after = 2 * h[1:] + h[:-1], h[1:] + 2 * h[:-1]
@@ -48,7 +49,8 @@ def _slope_of_monotone_cubic(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np
 
 
 def _end_slope(first: float, second: float, near: float, far: float) -> float:
-    """Slope at the end of a monotone cubic: two intervals' lengths, and their slopes from the end on."""
+    """Slope at the end of a monotone cubic. near, far : lengths of the two intervals at the end; first,
+    second : their slopes"""
     slope = ((2 * first + second) * near - first * far) / (first + second)
     if slope * near <= 0:
         return 0.0

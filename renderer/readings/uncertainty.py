@@ -6,15 +6,15 @@ from functools import cache
 import numpy as np
 
 READING_ROUNDING = 1e-6
-"""Share of a reading below which no error bar is claimed."""
+"""Smallest error bar, relative to the reading."""
 
 CONVERGENCE_ORDER = 1.3
-"""Order of convergence taken for all readings; 1.1 to 2.4 is observed (docs/verification.md)."""
+"""Order of convergence assumed for all readings; orders of 1.1 to 2.4 are observed (docs/verification.md)."""
 
 
 @dataclass(frozen=True)
 class Figure:
-    """One number read off a room, in `unit`, with the 95 % half-widths of its errors."""
+    """One result, in `unit`, with the 95 % half-widths of its errors."""
 
     name: str
     value: float
@@ -29,7 +29,7 @@ class Figure:
 
 
 def band_error(these: float, narrow: float) -> float:
-    """Difference between a reading [lx] in some bands and in narrow ones; 0 where it is only rounding."""
+    """Difference between a reading [lx] in some bands and in bands of 2 nm; 0 where it is only rounding."""
     # Factors in single precision round by 1e-8 of a reading, unless hardly anything absorbs.
     return abs(these - narrow) if abs(these - narrow) > 1e-8 * abs(narrow) else 0.0
 
@@ -38,8 +38,8 @@ def band_error(these: float, narrow: float) -> float:
 def student(replicas: int) -> float:
     """Two-sided 95 % point of Student's t for the mean of that many replicas.
 
-    By halving, from the closed form of the distribution for a whole number of degrees of freedom (M.
-    Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 1964, 26.7.3 and 26.7.4).
+    It is found by bisection from the closed form of the distribution for a whole number of degrees of freedom
+    (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 1964, 26.7.3 and 26.7.4).
     """
     freedom, low, high = replicas - 1, 0.0, 20.0
     if freedom < 1:
@@ -60,7 +60,7 @@ def student(replicas: int) -> float:
 
 
 def rare_half_width(brightest: np.ndarray, unmet: np.ndarray, paths: np.ndarray) -> np.ndarray:
-    """Light that surfaces met by no path may bring to each meter (n_meters,) [lx], at 95 %.
+    """Largest illuminance at each meter (n_meters,) [lx], at 95 % confidence, by surfaces that no path met.
 
     brightest : (n_surfaces,) largest exitance on each [lm/m²]
     unmet : (n_meters, n_surfaces) whether no path met it; paths : (n_meters,) number of paths
@@ -80,18 +80,18 @@ def half_widths(meshes: np.ndarray, replicas: np.ndarray, steps: tuple[float, ..
                 quadrature: float = 0.0, rare: float = 0.0) -> tuple[float, float]:
     """95 % half-widths of a reading, by mesh and by sampling [lx].
 
-    meshes : (1 + k, 1 + n_surfaces) what the lamps and each surface send, on the mesh read and on k others
-        [lx]
-    replicas : (s, 1 + n_surfaces) likewise by each replica; none where nothing is sampled
-    steps : (k,) patch size of each mesh over that of the one before, as in `step_shares`
-    quadrature : share of the reading by which sums over measured luminaires' openings may err on any mesh;
-        those over elements err by 1e-4
+    meshes : (1 + k, 1 + n_surfaces) illuminance by the lamps and by each surface, on the mesh read and on k
+      others [lx]
+    replicas : (s, 1 + n_surfaces) illuminance in each replica [lx]; empty where nothing is sampled
+    steps : (k,) patch size of each mesh over that of the mesh before, as in `step_shares`
+    quadrature : relative error of sums over measured luminaires' openings on any mesh; sums over elements err
+      by 1e-4
     rare : from `rare_half_width` [lx]
 
-    Mesh: the move of the reading from each mesh to the next; or, where that is more, the moves of what each
-    surface sends, in quadrature, so that surfaces which cancel by chance are not taken for agreement. Of two
-    such steps the root mean square counts, since two meshes may also agree by chance. Sampling: Student's t
-    times the spread of the replicas, of which the reading is the mean.
+    The mesh error is the change of the reading from one mesh to the next, or the root of the summed squares
+    of the changes by surface where that is larger, because changes of surfaces may cancel by chance. For two
+    steps it is the root mean square of both, because two meshes may agree by chance. The sampling error is
+    Student's t times the standard error of the replicas' mean, which is the reading.
     """
     apart = np.diff(meshes, axis=0)
     moved = np.maximum(np.abs(apart.sum(axis=1)), np.linalg.norm(apart, axis=1)) * step_shares(steps)
@@ -104,12 +104,11 @@ def half_widths(meshes: np.ndarray, replicas: np.ndarray, steps: tuple[float, ..
 
 
 def step_shares(steps: tuple[float, ...]) -> np.ndarray:
-    """Error of the first mesh over a reading's move from each mesh to the next (k,).
+    """Ratio of the first mesh's error to the change of a reading from each mesh to the next (k,).
 
-    steps : (k,) patch size of each mesh over that of the one before; below 1 for a finer mesh
-
-    For errors that grow as patch size to the power CONVERGENCE_ORDER (P. J. Roache, J. Fluids Eng. 116(3),
-    1994, doi:10.1115/1.2910291).
+    steps : (k,) patch size of each mesh over that of the mesh before; below 1 for a finer mesh
+    Errors are assumed to grow as patch size to the power CONVERGENCE_ORDER (P. J. Roache, J. Fluids Eng.
+    116(3), 1994, doi:10.1115/1.2910291).
     """
     grown = np.array(steps) ** CONVERGENCE_ORDER
     before = np.cumprod(grown) / grown
