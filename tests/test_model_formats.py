@@ -4,6 +4,7 @@ import base64
 import contextlib
 import json
 import struct
+import zipfile
 from functools import cache
 
 import numpy as np
@@ -206,3 +207,72 @@ def test_a_mutated_file_is_read_or_refused_in_one_sentence(tmp_path, data):
     with contextlib.suppress(renderer.InputError):  # anything else fails the test
         found = model(tmp_path / f"mutated.{kind}")
         assert np.isfinite(found.shapes.vertices[found.shapes.faces]).all()
+
+
+def in_collada(tmp_path, *changes):
+    text = COLLADA
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "changed.dae").write_text(text)
+    return model(tmp_path / "changed.dae")
+
+
+def test_collada_polygons_with_holes_strips_and_fans(tmp_path):
+    points = ('18">0 0 0 200 0 0 200 100 0 100 100 0 100 200 0 0 200 0',
+              '24">0 0 0 300 0 0 300 300 0 0 300 0 100 100 0 200 100 0 200 200 0 100 200 0')
+    eight = [points, ('count="6" stride', 'count="8" stride')]
+    start, end = COLLADA.index("<polylist"), COLLADA.index("</mesh>")
+    vertex = '<input semantic="VERTEX" source="#v" offset="0"/>'
+    holed = "<ph><p>0 1 2 3</p><h>{}</h></ph>"
+    for body, expected in (
+            (f'<polygons count="1">{vertex}{holed.format("4 7 6 5")}</polygons>', 8.0),
+            (f'<polygons count="2">{vertex}<p>4 5 6 7</p>{holed.format("4 5 6 7")}</polygons>', 9.0),
+            (f'<tristrips count="1">{vertex}<p>0 1 3 2</p></tristrips>', 9.0),
+            (f'<trifans count="1">{vertex}<p>0 1 2 3</p></trifans>', 9.0)):
+        found = in_collada(tmp_path, *eight, (COLLADA[start:end], body), ("<scale>1 2 1", "<scale>1 -1 1"))
+        assert area(found) == pytest.approx(expected, rel=1e-6)
+
+
+def test_collada_instances_of_nodes_in_inches(tmp_path):
+    nodes = ('<library_nodes><node id="n"><scale>2 2 1</scale><instance_geometry url="#g"/></node>'
+             "</library_nodes><library_visual_scenes>")
+    found = in_collada(tmp_path, ("<library_visual_scenes>", nodes), ('<unit meter="0.01"/>',
+                       '<unit name="inch" meter="0.0254"/>'), ('<node name="stand">', '<node name="stand">'
+                       '<instance_node url="#n"/><instance_node url="other.dae#n"/>'))
+    assert area(found) == pytest.approx((2 * 3 + 8 * 3) * 2.54**2, rel=1e-6)
+    assert "not all of it can be read (Invalid url in node instance other.dae#n)" in found.said
+
+
+def test_collada_without_a_colour_or_with_a_missing_texture_is_not_black(tmp_path):
+    colour = "<diffuse>\n<color>0.5 0.5 0.5 1</color></diffuse>"
+    assert in_collada(tmp_path, (colour, "")).colours == [None]
+    found = in_collada(tmp_path, (colour, '<diffuse><texture texture="gone" texcoord="UV"/></diffuse>'))
+    assert found.colours == [None]
+    assert "a texture of it cannot be read" in found.said
+
+
+def test_3mf_components_transforms_and_units(tmp_path):
+    pytest.importorskip("lxml")
+    space = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+    corners = [(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)]
+    mesh = ("<mesh><vertices>" + "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in corners)
+            + "</vertices><triangles>" + "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in (
+                (0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))) + "</triangles></mesh>")
+    text = (f'<model unit="inch" xmlns="{space}"><resources><object id="1" type="model">{mesh}</object>'
+            '<object id="2" type="model"><components>'
+            '<component objectid="1" transform="2 0 0 0 2 0 0 0 2 0 0 0"/>'
+            '<component objectid="1" transform="-1 0 0 0 1 0 0 0 1 9 0 0"/></components></object>'
+            f'<object id="3" type="model">{mesh}</object></resources>'
+            '<build><item objectid="2" transform="0 1 0 -1 0 0 0 0 1 0 0 5"/></build></model>')
+    base = "http://schemas.openxmlformats.org/package/2006"
+    with zipfile.ZipFile(tmp_path / "parts.3mf", "w") as archive:
+        archive.writestr("[Content_Types].xml", f'<Types xmlns="{base}/content-types"/>')
+        archive.writestr("_rels/.rels", f'<Relationships xmlns="{base}/relationships"><Relationship Id="r" '
+                         'Target="/3D/3dmodel.model" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/'
+                         '3dmodel"/></Relationships>')
+        archive.writestr("3D/3dmodel.model", text)
+    found = model(tmp_path / "parts.3mf")
+    assert volume(found) == pytest.approx(9 * 0.0254**3)  # one of twice the size, one mirrored
+    assert found.shapes.turned == 0
+    np.testing.assert_allclose(found.bounds, 0.0254 * np.array([[-4, 0, 5], [0, 9, 11]]), rtol=1e-12)

@@ -7,6 +7,7 @@ import numpy as np
 from renderer.scene.model_files.obj import fans
 from renderer.scene.model_files.record import Beside, ModelFile, Piece, Unreadable
 from renderer.scene.model_files.textures import mean_colour, srgb_decoded
+from renderer.scene.model_files.triangulate import ear_clipped, newell
 from renderer.scene.model_files.xml_safety import refuse_entities
 
 
@@ -40,7 +41,20 @@ def read_collada(data: bytes, beside: Beside) -> ModelFile:
     if axis == "X_UP":
         pieces = [Piece(piece.vertices @ np.array([[0, 0, 1.0], [-1, 0, 0], [0, -1, 0]]), piece.corners,
                         piece.sizes, piece.names, piece.colour) for piece in pieces]
-    return ModelFile(pieces, up="y" if axis == "Y_UP" else "z", metres=metres, said=True)
+    return ModelFile(pieces, up="y" if axis == "Y_UP" else "z", metres=metres, said=True,
+                     notes=_notes(document) + colours.notes)
+
+
+def _notes(document) -> list[str]:
+    """Sentences about what of a document was not read or not posed."""
+    notes = []
+    if any(hasattr(controller, "geometry") for controller in document.controllers):
+        notes.append("skins are in the pose in which they are bound")
+    faults = dict.fromkeys(" ".join(str(getattr(e, "msg", e)).split())[:60] for e in document.errors)
+    if faults:
+        more = " …" if len(faults) > 2 else ""
+        notes.append(f"not all of it can be read ({'; '.join(list(faults)[:2])}{more})")
+    return notes
 
 
 def _below(node, outer: np.ndarray, names: tuple[str, ...], colours: "_Colours", depth: int) -> list[Piece]:
@@ -59,15 +73,16 @@ def _below(node, outer: np.ndarray, names: tuple[str, ...], colours: "_Colours",
     if isinstance(node, GeometryNode):
         bound = node.geometry.bind(outer, _by_symbol(node))
     elif isinstance(node, ControllerNode):
-        skin = node.controller
-        shape = np.asarray(getattr(skin, "bind_shape_matrix", np.eye(4)), dtype=float)
-        if not hasattr(skin, "geometry"):
-            return []
-        bound = skin.geometry.bind(outer @ shape, _by_symbol(node))
+        outer = outer @ np.asarray(getattr(node.controller, "bind_shape_matrix", np.eye(4)), dtype=float)
+        base = getattr(node.controller, "geometry", None) or node.controller.source_geometry
+        bound = base.bind(outer, _by_symbol(node))
     else:
         return []
-    return [piece for primitive in bound.primitives()
-            for piece in _piece(primitive, bound.original, names, outer, colours)]
+    pieces = [piece for primitive in bound.primitives()
+              for piece in _piece(primitive, bound.original, names, outer, colours)]
+    for primitive in bound.original.primitives:
+        pieces += _with_holes(primitive, bound.original, names, outer, colours, _by_symbol(node))
+    return pieces
 
 
 def _by_symbol(node) -> dict:
@@ -100,11 +115,40 @@ def _piece(primitive, geometry, nodes: tuple[str, ...], matrix: np.ndarray, colo
         back = first + np.repeat(sizes, sizes) - 1 - (np.arange(len(corners)) - first)
         corners, uv = corners[back], None if uv is None else uv[back]
     material = primitive.material
-    names = [getattr(material, "name", None) or getattr(material, "id", None), geometry.name or geometry.id,
-             *nodes]
     piece = Piece(np.asarray(primitive.vertex, dtype=float), corners, sizes,
-                  tuple(dict.fromkeys(str(name) for name in names if name)))
+                  _names(material, geometry, nodes))
     return [Piece(piece.vertices, corners, sizes, piece.names, colours.of(material, piece, uv))]
+
+
+def _names(material, geometry, nodes: tuple[str, ...]) -> tuple[str, ...]:
+    names = (getattr(material, "name", None) or getattr(material, "id", None), geometry.name or geometry.id)
+    return tuple(dict.fromkeys(str(name) for name in (*names, *nodes) if name))
+
+
+def _with_holes(primitive, geometry, nodes: tuple[str, ...], matrix: np.ndarray, colours: "_Colours",
+                materials: dict) -> list[Piece]:
+    """The polygons with holes (<ph>) of a primitive, which pycollada leaves out, as triangles."""
+    space = "{*}"
+    holed = [] if primitive.xmlnode is None else primitive.xmlnode.findall(space + "ph")
+    if not holed:
+        return []
+    width = 1 + max(each[0] for inputs in primitive.sources.values() for each in inputs)
+    offset, source = primitive.sources["VERTEX"][0][0], primitive.sources["VERTEX"][0][4]
+    vertices = np.asarray(source.data, dtype=float)[:, :3] @ matrix[:3, :3].T + matrix[:3, 3]
+    found = []
+    for node in holed:
+        rings = [np.array(ring.text.split(), dtype=np.int64)[offset::width]
+                 for ring in (*node.findall(space + "p"), *node.findall(space + "h"))]
+        corners = np.concatenate(rings)
+        normal = newell(vertices, rings[0], np.array([len(rings[0])]))[0]
+        ends = tuple(np.cumsum([len(ring) for ring in rings]).tolist())
+        found.append(corners[ear_clipped(vertices[corners], normal, ends)])
+    triangles = np.concatenate(found)
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        triangles = triangles[:, ::-1]
+    material = getattr(materials.get(primitive.material), "target", None)
+    piece = Piece.of_triangles(vertices, triangles, _names(material, geometry, nodes))
+    return [Piece(piece.vertices, piece.corners, piece.sizes, piece.names, colours.of(material, piece, None))]
 
 
 class _Colours:
@@ -113,12 +157,17 @@ class _Colours:
     def __init__(self, beside: Beside):
         self.beside = beside
         self.images: dict[str, bytes | None] = {}
+        self.notes: list[str] = []
 
     def of(self, material, piece: Piece, uv: np.ndarray | None) -> np.ndarray | None:
         """Linear BT.709 reflectance (3,) of a material; None where it has no colour."""
-        said = getattr(getattr(material, "effect", None), "diffuse", None)
-        if said is None:
+        effect = getattr(material, "effect", None)
+        said, node = getattr(effect, "diffuse", None), getattr(effect, "xmlnode", None)
+        given = None if node is None else next(node.iter("{*}diffuse"), None)
+        if said is None or given is None:  # pycollada makes black of none
             return None
+        if given.find("{*}texture") is not None and isinstance(said, (tuple, list)):
+            return self._without(None)
         if isinstance(said, (tuple, list)):
             values = np.array(said[:3], dtype=float)
             return srgb_decoded(values) if len(values) == 3 and np.isfinite(values).all() else None
@@ -126,10 +175,18 @@ class _Colours:
         for key in ("sampler", "surface", "image", "path"):
             path = getattr(path, key, None)
         if not path:
-            return None
+            return self._without(None)
         if path not in self.images:
             try:
                 self.images[path] = self.beside(path.removeprefix("file://"))
             except Unreadable:
                 self.images[path] = None
-        return None if self.images[path] is None else mean_colour(self.images[path], *fans(piece, uv))
+        image = self.images[path]
+        return self._without(None if image is None else mean_colour(image, *fans(piece, uv)))
+
+    def _without(self, colour: np.ndarray | None) -> np.ndarray | None:
+        """The same colour; a note where there is none."""
+        note = "a texture of it cannot be read, and its colour is not known"
+        if colour is None and note not in self.notes:
+            self.notes.append(note)
+        return colour

@@ -6,15 +6,16 @@ import struct
 
 import numpy as np
 
-from renderer.scene.model_files.gltf_buffers import Buffers, draco
+from renderer.scene.model_files.gltf_buffers import Attributes, Buffers
+from renderer.scene.model_files.gltf_poses import morphed, node_matrix, places_of_nodes, skinned
 from renderer.scene.model_files.ply import strip_triangles
 from renderer.scene.model_files.record import Beside, ModelFile, Piece, Unreadable
-from renderer.scene.model_files.textures import mean_colour
+from renderer.scene.model_files.textures import mean_colour, without_texture
 
 
 def read_gltf(data: bytes, beside: Beside) -> ModelFile:
-    """Read a glTF or GLB file: the meshes of its scene, with animations and skins in their first pose. Raises
-    Unreadable."""
+    """Read a glTF or GLB file: the meshes of its scene, with skins and morph targets as its nodes pose
+    them, without animation. Raises Unreadable."""
     root, binary = _parsed(data)
     version = str(root.get("asset", {}).get("version", "1.0"))
     if not version.startswith("2"):
@@ -30,7 +31,8 @@ def read_gltf(data: bytes, beside: Beside) -> ModelFile:
         if name not in understood and not str(name).startswith(of_colour):
             raise Unreadable(f"needs the glTF extension {str(name)[:60]!r}, which is not read; export it "
                              "without")
-    return ModelFile(_Scene(root, Buffers(root, binary, beside)).pieces(), up="y", said=True)
+    scene = _Scene(root, Buffers(root, binary, beside))
+    return ModelFile(scene.pieces(), up="y", said=True, notes=scene.notes)
 
 
 def _parsed(data: bytes) -> tuple[dict, bytes | None]:
@@ -62,6 +64,7 @@ class _Scene:
         self.root, self.buffers = root, buffers
         self.images: dict[int, bytes | None] = {}
         self.primitives: dict[tuple[int, int], tuple | None] = {}
+        self.notes: list[str] = []
 
     def pieces(self) -> list[Piece]:
         """All primitives of the scene's nodes. Raises Unreadable."""
@@ -78,12 +81,14 @@ class _Scene:
             if seen > 4 * len(nodes) + 16:
                 raise Unreadable("has nodes that are their own children; export it again")
             node = nodes[index]
-            matrix = outer @ _matrix(node)
+            matrix = outer @ node_matrix(node)
+            if not node.get("extensions", {}).get("KHR_node_visibility", {}).get("visible", True):
+                continue
             names = tuple(n for n in (node.get("name"), *names) if n)
             waiting += [(k, matrix, names) for k in node.get("children", [])]
             if "mesh" in node:
                 for turn in self._instances(node):
-                    found += self._placed(node["mesh"], matrix @ turn, names)
+                    found += self._placed(node, matrix @ turn, names)
         return found
 
     def _instances(self, node: dict) -> list[np.ndarray]:
@@ -93,34 +98,47 @@ class _Scene:
         if not columns:
             return [np.eye(4)]
         count = len(next(iter(columns.values())))
-        return [_matrix({key: column[k] for key, column in columns.items()}) for k in range(count)]
+        return [node_matrix({key: column[k] for key, column in columns.items()}) for k in range(count)]
 
-    def _placed(self, index: int, matrix: np.ndarray, nodes: tuple[str, ...]) -> list[Piece]:
+    def _joints(self, skin: dict) -> np.ndarray:
+        """The transforms (j, 4, 4) of a skin's joints, from the pose in which it is bound. Raises
+        Unreadable."""
+        joints = places_of_nodes(self.root["nodes"], skin["joints"])
+        if "inverseBindMatrices" in skin:
+            bind = self.buffers.accessor(skin["inverseBindMatrices"])[:len(joints)].astype(float)
+            joints = joints @ bind.reshape(-1, 4, 4).swapaxes(1, 2)
+        return joints
+
+    def _placed(self, node: dict, matrix: np.ndarray, nodes: tuple[str, ...]) -> list[Piece]:
+        index = node["mesh"]
         mesh, found = self.root["meshes"][index], []
-        for k in range(len(mesh["primitives"])):
+        for k, primitive in enumerate(mesh["primitives"]):
             if (index, k) not in self.primitives:
-                self.primitives[index, k] = self._primitive(mesh["primitives"][k])
+                self.primitives[index, k] = self._primitive(primitive)
             if self.primitives[index, k] is None:
                 continue
-            vertices, triangles, material, colour = self.primitives[index, k]
-            placed = vertices @ matrix[:3, :3].T + matrix[:3, 3]
-            if np.linalg.det(matrix[:3, :3]) < 0:
+            vertices, triangles, material, colour, attributes = self.primitives[index, k]
+            shape = morphed(vertices, primitive, node.get("weights", mesh.get("weights", [])), self.buffers)
+            if "skin" in node and "JOINTS_0" in attributes:
+                placed, mirrored = skinned(shape, attributes, self._joints(self.root["skins"][node["skin"]]))
+            else:
+                placed = shape @ matrix[:3, :3].T + matrix[:3, 3]
+                mirrored = np.linalg.det(matrix[:3, :3]) < 0
+            if mirrored:
                 triangles = triangles[:, ::-1]
             names = [n for n in (material, mesh.get("name"), *nodes) if n]
             found.append(Piece.of_triangles(placed, triangles, tuple(dict.fromkeys(map(str, names))), colour))
         return found
 
     def _primitive(self, primitive: dict) -> tuple | None:
-        """Vertices, triangles, and the material's name and colour; None for points and lines. Raises
-        Unreadable."""
-        mode, attributes = primitive.get("mode", 4), primitive.get("attributes", {})
-        if mode not in (4, 5, 6) or "POSITION" not in attributes:
+        """Vertices, triangles, the material's name and colour, and all attributes; None for points and lines.
+        Raises Unreadable."""
+        mode = primitive.get("mode", 4)
+        if mode not in (4, 5, 6) or "POSITION" not in primitive.get("attributes", {}):
             return None
-        packed, uv = primitive.get("extensions", {}).get("KHR_draco_mesh_compression"), None
-        if packed is not None:
-            vertices, triangles, uv = draco(self.buffers.view(packed["bufferView"])[0])
-        else:
-            vertices = self.buffers.accessor(attributes["POSITION"]).astype(float)
+        attributes = Attributes(primitive, self.buffers)
+        vertices, triangles = attributes["POSITION"], attributes.triangles
+        if triangles is None:
             order = (self.buffers.accessor(primitive["indices"])[:, 0].astype(np.int64)
                      if "indices" in primitive else np.arange(len(vertices)))
             triangles = _triangles(order, mode)
@@ -128,17 +146,20 @@ class _Scene:
             raise Unreadable("has a face whose vertex it does not hold; export it again")
         if not len(triangles):
             return None
+        a, b, c = vertices[triangles].transpose(1, 0, 2)
+        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        tint = None
+        if "COLOR_0" in attributes:
+            each = attributes["COLOR_0"][triangles, :3].mean(axis=1)
+            tint = np.average(each, axis=0, weights=areas) if areas.sum() > 0 else None
         if "material" not in primitive:
-            return vertices, triangles, None, None
+            return vertices, triangles, None, tint, attributes
         material = self.root["materials"][primitive["material"]]
 
         def places(texture: dict) -> np.ndarray | None:
             said = texture.get("extensions", {}).get("KHR_texture_transform", {})
             key = f"TEXCOORD_{said.get('texCoord', texture.get('texCoord', 0))}"
-            if packed is not None:
-                found = uv if key == "TEXCOORD_0" else None
-            else:
-                found = self.buffers.accessor(attributes[key]).astype(float) if key in attributes else None
+            found = attributes.get(key)
             if found is None or len(found) != len(vertices):
                 return None
             found = found * said.get("scale", [1, 1])
@@ -147,12 +168,13 @@ class _Scene:
             found = found + said.get("offset", [0, 0])
             return np.column_stack([found[:, 0], 1 - found[:, 1]])[triangles]  # v upward
 
-        a, b, c = vertices[triangles].transpose(1, 0, 2)
-        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        return vertices, triangles, material.get("name"), self._colour(material, areas, places)
+        colour = self._colour(material, areas, places)
+        colour = colour if colour is None or tint is None else colour * tint
+        return vertices, triangles, material.get("name"), colour, attributes
 
-    def _colour(self, material: dict, areas: np.ndarray, places) -> np.ndarray:
-        """Linear BT.709 reflectance (3,): the base colour factor times the mean of its texture."""
+    def _colour(self, material: dict, areas: np.ndarray, places) -> np.ndarray | None:
+        """Linear BT.709 reflectance (3,): the base colour factor times the mean of its texture; None where
+        that decides and cannot be read."""
         said = material.get("pbrMetallicRoughness", {})
         factor, texture = said.get("baseColorFactor", [1, 1, 1, 1]), said.get("baseColorTexture")
         gloss = material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness")
@@ -163,7 +185,12 @@ class _Scene:
             return colour
         image = self._image(texture)
         mean = None if image is None else mean_colour(image, areas, places(texture))
-        return colour if mean is None else colour * mean
+        if mean is not None:
+            return colour * mean
+        note = "a texture of it cannot be read, and is left out of its colours"
+        if note not in self.notes:
+            self.notes.append(note)
+        return without_texture(colour)
 
     def _image(self, texture: dict) -> bytes | None:
         said = self.root["textures"][texture["index"]]
@@ -189,16 +216,3 @@ def _triangles(order: np.ndarray, mode: int) -> np.ndarray:
     fan = np.stack([order[1:-1], order[2:]], axis=1)
     return np.column_stack([np.full(len(fan), order[0]), fan]) if len(fan) else np.zeros((0, 3), np.int64)
 
-
-def _matrix(node: dict) -> np.ndarray:
-    """The transform (4, 4) of a node: its matrix, or scale, then rotation, then translation."""
-    if "matrix" in node:
-        return np.array(node["matrix"], dtype=float).reshape(4, 4).T
-    x, y, z, w = np.array(node.get("rotation", [0, 0, 0, 1]), dtype=float)
-    turn = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
-    matrix = np.eye(4)
-    matrix[:3, :3] = turn * np.array(node.get("scale", [1, 1, 1]), dtype=float)
-    matrix[:3, 3] = node.get("translation", [0, 0, 0])
-    return matrix

@@ -74,9 +74,7 @@ class Buffers:
             values = values.copy()
             values[at] = self._strided(sparse["values"]["bufferView"], sparse["values"].get("byteOffset", 0),
                                        kind, some, width)
-        if given.get("normalized") and kind.kind in "iu":
-            return np.maximum(values.astype(float) / np.iinfo(kind).max, -1.0)
-        return values
+        return _normalized(values, given)
 
     def _strided(self, view: int, offset: int, kind: np.dtype, count: int, width: int) -> np.ndarray:
         data, stride = self.view(view)
@@ -113,15 +111,48 @@ def _meshopt(data: bytes, said: dict) -> bytes:
     return np.asarray(decode(count, 4, data)).astype(f"<u{stride}").tobytes()
 
 
-def draco(data: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Vertices (n, 3), triangles (k, 3) and texture coordinates (n, 2), or None, of Draco's bytes. Raises
-    Unreadable."""
+class Attributes:
+    """The values of a primitive's vertices by their names in the file, from accessors or from Draco's bytes.
+
+    triangles : (k, 3), of Draco's bytes; else None
+    """
+
+    def __init__(self, primitive: dict, buffers: Buffers):
+        self.accessors, self.buffers = primitive["attributes"], buffers
+        self.packed, self.triangles = {}, None
+        said = primitive.get("extensions", {}).get("KHR_draco_mesh_compression")
+        if said is not None:
+            mesh = _draco(buffers.view(said["bufferView"])[0])
+            by_id = {each["unique_id"]: each["data"] for each in mesh.attributes}
+            self.packed = {name: by_id[key] for name, key in said["attributes"].items() if key in by_id}
+            self.triangles = np.asarray(getattr(mesh, "faces", np.zeros((0, 3))), np.int64).reshape(-1, 3)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.accessors
+
+    def get(self, name: str) -> np.ndarray | None:
+        """As by the name itself; None where there is no such attribute."""
+        return self[name] if name in self else None  # noqa: SIM401
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Values (n, width), normalized integers as 0 … 1 or −1 … 1. Raises Unreadable."""
+        if name not in self.packed:
+            return self.buffers.accessor(self.accessors[name]).astype(float)
+        said = self.buffers.root["accessors"][self.accessors[name]]
+        return _normalized(np.asarray(self.packed[name]), said).astype(float)
+
+
+def _normalized(values: np.ndarray, accessor: dict) -> np.ndarray:
+    if accessor.get("normalized") and values.dtype.kind in "iu":
+        return np.maximum(values.astype(float) / np.iinfo(values.dtype).max, -1.0)
+    return values
+
+
+def _draco(data: bytes):
+    """The mesh of Draco's bytes. Raises Unreadable."""
     try:
         import DracoPy
     except ImportError:
         raise Unreadable('uses Draco compression; install the package "DracoPy", or export it '
                          "uncompressed") from None
-    mesh = DracoPy.decode(data)
-    faces = np.asarray(getattr(mesh, "faces", np.zeros((0, 3))), dtype=np.int64).reshape(-1, 3)
-    places = np.asarray(mesh.tex_coord) if getattr(mesh, "tex_coord", None) is not None else None
-    return np.asarray(mesh.points, dtype=float).reshape(-1, 3), faces, places
+    return DracoPy.decode(data)

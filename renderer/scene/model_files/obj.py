@@ -6,7 +6,7 @@ from pathlib import PurePath
 import numpy as np
 
 from renderer.scene.model_files.record import Beside, ModelFile, Piece, Unreadable
-from renderer.scene.model_files.textures import mean_colour, srgb_decoded
+from renderer.scene.model_files.textures import mean_colour, srgb_decoded, without_texture
 from renderer.scene.model_files.triangulate import newell
 
 
@@ -18,6 +18,8 @@ def read_obj(data: bytes, beside: Beside) -> ModelFile:
     text = text.replace("\\\r\n", " ").replace("\\\n", " ")
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split()
+        if words and words[0] in ("v", "vt", "f", "fo"):
+            words = line.partition("#")[0].split()
         if words:
             try:
                 reader.take(words, line)
@@ -42,7 +44,12 @@ def read_obj(data: bytes, beside: Beside) -> ModelFile:
         uv = places[textured] if whole else None
         colour = colours.of(names[0], piece, uv)
         pieces.append(Piece(piece.vertices, piece.corners, sizes, piece.names, colour))
-    return ModelFile(pieces, notes=notes + colours.missing(reader.used))
+    if reader.curved:
+        if not any(len(piece.sizes) for piece in pieces):
+            raise Unreadable("holds free-form surfaces (surf) and no polygons; export it as polygons")
+        are = "s are" if reader.curved > 1 else " is"
+        notes.append(f"its {reader.curved} free-form surface{are} not read")
+    return ModelFile(pieces, notes=notes + colours.notes + colours.missing(reader.used))
 
 
 def _because(fault: Exception) -> str:
@@ -56,7 +63,7 @@ class _Reader:
         self.vertices, self.places, self.libraries = [], [], []
         self.groups = defaultdict(lambda: ([], [], []))
         self.state = {"usemtl": "", "g": "", "o": ""}
-        self.used = set()
+        self.used, self.curved = set(), 0
 
     def take(self, words: list[str], line: str) -> None:
         word = words[0]
@@ -64,8 +71,10 @@ class _Reader:
             self.vertices.append((float(words[1]), float(words[2]), float(words[3])))
         elif word == "vt":
             self.places.append((float(words[1]), float(words[2]) if len(words) > 2 else 0.0))
-        elif word == "f":
+        elif word in ("f", "fo"):  # fo: of old files
             self.face(words[1:])
+        elif word == "surf":
+            self.curved += 1
         elif word in self.state:
             self.state[word] = line.strip()[len(word):].strip()
             if word == "usemtl":
@@ -101,6 +110,7 @@ class _Colours:
         self.beside = beside
         self.materials: dict[str, dict[str, str]] = {}
         self.images: dict[str, bytes | None] = {}
+        self.notes: list[str] = []
 
     def load(self, library: str, notes: list[str]) -> None:
         """Add the materials of a library; `library` may name several files."""
@@ -119,11 +129,11 @@ class _Colours:
         for text in texts:
             current: dict[str, str] = {}
             for line in text.decode("utf-8-sig", errors="replace").splitlines():
-                word, _, rest = line.strip().partition(" ")
+                word, *rest = line.split(None, 1) or [""]
                 if word == "newmtl":
-                    current = self.materials.setdefault(rest.strip(), {})
+                    current = self.materials.setdefault("".join(rest).strip(), {})
                 elif word.lower() in ("kd", "map_kd"):
-                    current[word.lower()] = rest.strip()
+                    current[word.lower()] = "".join(rest).strip()
 
     def of(self, name: str, piece: Piece, uv: np.ndarray | None) -> np.ndarray | None:
         """Linear BT.709 reflectance (3,) of a material; None where it has no colour.
@@ -142,7 +152,7 @@ class _Colours:
                 colour = None
         texture = self._texture(material.get("map_kd", ""), piece, uv)
         if texture is None:
-            return colour
+            return without_texture(colour) if material.get("map_kd") else colour
         # Exporters leave Kd black, or leave it out, beside a texture.
         return texture if colour is None or not colour.any() else texture * colour
 
@@ -158,7 +168,13 @@ class _Colours:
                     except Unreadable:
                         self.images[name] = None
             if name and self.images[name] is not None:
-                return mean_colour(self.images[name], *fans(piece, uv))
+                found = mean_colour(self.images[name], *fans(piece, uv))
+                if found is not None:
+                    return found
+        shown = PurePath(words[-1] if said.startswith("-") else said or ".").name
+        note = f"its texture {shown!r} cannot be read, and is left out of its colours"
+        if said and note not in self.notes:
+            self.notes.append(note)
         return None
 
     def missing(self, used: set[str]) -> list[str]:

@@ -90,10 +90,14 @@ def _parsed(data: bytes, path: Path, kind: str, root: Path) -> ModelFile:
         raise Unreadable("is a pointer of Git LFS, not the model itself; download that")
     # Each reader is imported for its own files: trimesh and pycollada take a second.
     match kind:
-        case "stl" | "3mf":
-            from renderer.scene.model_files.by_trimesh import read_3mf, read_stl
+        case "stl":
+            from renderer.scene.model_files.stl import read_stl
 
-            return (read_stl if kind == "stl" else read_3mf)(data)
+            return read_stl(data)
+        case "3mf":
+            from renderer.scene.model_files.three_mf import read_3mf
+
+            return read_3mf(data)
         case "ply":
             from renderer.scene.model_files.ply import read_ply
 

@@ -35,6 +35,12 @@ def mean_colour(data: bytes, weights: np.ndarray | None = None, uv: np.ndarray |
     return np.array([np.bincount(chosen[:, k], opaque, 256) @ linear for k in range(3)]) / opaque.sum()
 
 
+def without_texture(factor: np.ndarray | None) -> np.ndarray | None:
+    """The colour (3,) of a material whose texture cannot be read: its factor, or None where that is missing,
+    white or black, which exporters write beside a texture that alone has the colour."""
+    return None if factor is None or factor.min() > 0.99 or factor.max() < 0.01 else factor
+
+
 @lru_cache(maxsize=4)
 def _pixels(data: bytes) -> np.ndarray | None:
     """Pixels (rows, columns, 4) of an image in 8 bits; None for unknown formats and over 200 million

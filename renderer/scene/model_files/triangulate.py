@@ -42,7 +42,7 @@ def triangles_of_polygons(vertices: np.ndarray, corners: np.ndarray, sizes: np.n
     normals = newell(vertices, corners, sizes) if len(many) else None
     for index in many:
         ring = corners[starts[index]:starts[index] + sizes[index]]
-        triangles = _ear_clipped(vertices[ring], normals[index])
+        triangles = ear_clipped(vertices[ring], normals[index])
         add(ring[triangles], np.full(len(triangles), index))
     triangles, owner = np.concatenate(found), np.concatenate(owner)
     order = np.argsort(owner, kind="stable")
@@ -91,8 +91,11 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.nda
     return (np.einsum("ki,ki->k", over, under) < 0) & (np.einsum("ki,ki->k", left, right) < 0)
 
 
-def _ear_clipped(ring: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Triangles (k, 3), as indices of a polygon's corners (c, 3), with the polygon's winding."""
+def ear_clipped(ring: np.ndarray, normal: np.ndarray, ends: tuple[int, ...] = ()) -> np.ndarray:
+    """Triangles (k, 3), as indices of a polygon's corners (c, 3), with the winding of its normal (3,).
+
+    ends : where there are holes, the ends of the outer ring and of each hole among the corners
+    """
     import mapbox_earcut
 
     length = np.linalg.norm(normal)
@@ -104,7 +107,7 @@ def _ear_clipped(ring: np.ndarray, normal: np.ndarray) -> np.ndarray:
     x /= np.linalg.norm(x)
     flat = (ring - ring.mean(axis=0)) @ np.stack([x, np.cross(normal, x)]).T / size
     triangles = mapbox_earcut.triangulate_float64(np.ascontiguousarray(flat),
-                                                  np.array([len(ring)], dtype=np.uint32))
+                                                  np.array(ends or [len(ring)], dtype=np.uint32))
     triangles = triangles.astype(np.int64).reshape(-1, 3)
     p, q, r = flat[triangles].transpose(1, 0, 2)
     turned = (q - p)[:, 0] * (r - p)[:, 1] - (q - p)[:, 1] * (r - p)[:, 0] < 0

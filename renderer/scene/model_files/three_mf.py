@@ -1,4 +1,4 @@
-"""STL and 3MF files, by trimesh."""
+"""3MF files, by trimesh."""
 
 import io
 import zipfile
@@ -8,11 +8,6 @@ import trimesh
 
 from renderer.scene.model_files.record import ModelFile, Piece, Unreadable
 from renderer.scene.model_files.xml_safety import refuse_entities
-
-
-def read_stl(data: bytes) -> ModelFile:
-    """Read an STL file, in text or binary; STL defines neither a unit nor an up axis."""
-    return ModelFile(_pieces(trimesh.load(io.BytesIO(data), file_type="stl", process=False), named=False))
 
 
 def read_3mf(data: bytes) -> ModelFile:
@@ -36,10 +31,10 @@ def read_3mf(data: bytes) -> ModelFile:
     unit = str(loaded.metadata.get("units", "millimeter")).lower()
     metres = {"micron": 1e-6, "millimeter": 1e-3, "millimeters": 1e-3, "centimeter": 0.01, "inch": 0.0254,
               "foot": 0.3048, "meter": 1.0}  # 3MF Core Specification 1.3, 3.4
-    return ModelFile(_pieces(loaded, named=True), metres=metres.get(unit, 1e-3), said=True)
+    return ModelFile(_pieces(loaded), metres=metres.get(unit, 1e-3), said=True)
 
 
-def _pieces(loaded, named: bool) -> list[Piece]:
+def _pieces(loaded) -> list[Piece]:
     scene = loaded if isinstance(loaded, trimesh.Scene) else trimesh.Scene(loaded)
     pieces = []
     for node in scene.graph.nodes_geometry:
@@ -51,6 +46,6 @@ def _pieces(loaded, named: bool) -> list[Piece]:
         faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
         if np.linalg.det(turn[:3, :3]) < 0:
             faces = faces[:, ::-1]
-        names = tuple(dict.fromkeys(str(n) for n in (name, node) if n)) if named else ()
+        names = tuple(dict.fromkeys(str(n) for n in (name, node) if n))
         pieces.append(Piece.of_triangles(vertices, faces, names))
     return pieces
