@@ -46,7 +46,8 @@ class Scene(LoadedScene):
         """The scene with other values; what they do not touch is kept.
 
         values : by dotted key, lists by index, as "materials.red.munsell" or "luminaires.0.flux"; a value
-            takes the place of what says the same in another way; None removes a key
+            takes the place of what says the same in another way; None removes a key; a file lies in the
+            folder of the scene file, or else in the current one
         Raises InputError for an unknown key or a value that is not allowed.
 
         >>> import renderer

@@ -3,7 +3,7 @@
 import re
 from itertools import zip_longest
 
-OWN = ("errors of closure", "on this machine", "files in outputs/")
+OWN = ("errors of closure", "on this machine", " in outputs/")
 """What a line has that says something of the run: rounding, seconds, rays not cast again, the folder."""
 ROUNDING = 1e-9
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e-?\d+)?")

@@ -51,13 +51,13 @@ def test_every_command_has_help(here, folder, command):
 
 
 def test_photometer_prints_the_contracts_object(here, folder):
-    done = here("photometer", "room.toml", "--json", "--quiet", cwd=folder)
+    done = here("photometer", "room.toml", "--json", "--quiet", "--seed", "7", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     record = json.loads(done.stdout)
-    assert set(record) == {"scene", "bands", "accuracy", "method", "patches", "lamps", "readings", "grids",
-                           "closure_error", "reciprocity_error", "energy_balance_error", "rays",
-                           "bands_solved", "seconds", "finding", "values", "maintenance_factor"}
+    assert set(record) == {"version", "scene", "bands", "accuracy", "seed", "method", "patches", "lamps",
+                           "readings", "grids", "closure_error", "reciprocity_error", "energy_balance_error",
+                           "rays", "bands_solved", "seconds", "finding", "values", "maintenance_factor"}
     reading = record["readings"][0]
     assert set(reading) == {"name", "position", "normal", "illuminance_lx", "errors_lx", "xy", "cct_K", "duv",
                             "melanopic_edi_lx", "spectrum", "cri_ra", "cri_r9", "tm30_rf", "tm30_rg",
@@ -65,6 +65,7 @@ def test_photometer_prints_the_contracts_object(here, folder):
                             "alpha_opic", "change_from_lamps", "unknown", "rgb_error_percent"}
     assert set(reading["illuminance_lx"]) == {"direct", "indirect", "total", "uncertainty"}
     assert record["bands"] == "31"
+    assert (record["version"], record["seed"]) == (renderer.__version__, 7)
     assert record["rays"] == 0  # convex and empty
     assert record["bands_solved"] == 1  # grey
     assert reading["cct_K"] == pytest.approx(6504, rel=0.005)

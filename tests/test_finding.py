@@ -108,11 +108,14 @@ def test_a_sweep_says_where_rgb_is_farthest_off(tmp_path):
     table = tmp_path / "study.csv"
     with table.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["scene", "red", "photometer", "total_lx", "uncertainty_lx", "rgb_error_percent"])
-        writer.writerows([["a", "1", "floor", 100, 1, 0.5], ["a", "2", "floor", 100, 1, -7.0],
-                          ["a", "3", "", "", "", ""]])
+        writer.writerow(["scene", "red", "photometer", "direct_lx", "total_lx", "uncertainty_lx",
+                         "rgb_error_percent"])
+        # The error of RGB is known to 2 (1/60 + 1/100) of itself for each lx of the bar: to 5 % of itself in
+        # the first two rows, though one is smaller than the reading's own bar, and not at all in the third.
+        writer.writerows([["a", "1", "floor", 40, 100, 1, 0.5], ["a", "2", "floor", 40, 100, 1, -7.0],
+                          ["a", "3", "floor", 40, 100, 20, 6.0], ["a", "4", "", "", "", "", ""]])
     assert sweep_finding(table) == [
-        "RGB is off by more than the error bar in 1 of 2 readings, by 7 % in the median; it is worst with "
+        "RGB is off by more than the error bar in 2 of 3 readings, by 6 % in the median; it is worst with "
         "scene a, red 2, photometer floor: 7.0 % too dark."]
 
 

@@ -93,6 +93,20 @@ def test_other_values_make_another_scene():
     assert removed.photometers == []
 
 
+def test_values_name_files_beside_the_scene_or_else_in_the_current_folder(tmp_path, monkeypatch):
+    for folder, rho in ((tmp_path / "here", 0.2), (tmp_path / "scene", 0.6)):
+        folder.mkdir()
+        for name in (f"only_{folder.name}.csv", "both.csv", "A"):
+            (folder / name).write_text(f"400,{rho}\n700,{rho}\n")
+    monkeypatch.chdir(tmp_path / "here")
+    room = renderer.load(room_table(luminaires=[LAMP]), folder=tmp_path / "scene")
+    for name, rho in (("only_here.csv", 0.2), ("only_scene.csv", 0.6), ("both.csv", 0.6)):
+        painted = room.with_values({"materials.paint": {"spectrum": name}})
+        assert painted.reflectance(painted.band_set("31"))[0] == pytest.approx(rho)
+    lit = room.with_values({"luminaires.0.spectrum": "A"})
+    assert lit.table["luminaires"][0]["spectrum"] == "A"  # the illuminant, whatever a file is called
+
+
 def test_every_reading_has_its_bar(solution):
     reading = solution.photometers()[0]
     assert reading.total_lx > 10 * reading.uncertainty > 0

@@ -104,8 +104,10 @@ def names(read):
     return [identity(read.bases[case.base], case) for case in read.cases()]
 
 
-def test_a_changed_file_that_only_a_value_names_is_read_again(painted, one_process):
-    text = PAINTS.format(scenes='["a.toml"]')
+@pytest.mark.parametrize("scene", ["a.toml", "sub/a.toml"])
+def test_a_changed_file_that_only_a_value_names_is_read_again(painted, one_process, scene):
+    text = PAINTS.format(scenes=f'["{scene}"]')
+    (painted / "sub" / "p2.csv").unlink()  # so that it lies beside the study, and not beside the second scene
 
     def swept():
         files, now, _ = run_sweep(study(painted, text=text), painted, False, None, lambda step: None)

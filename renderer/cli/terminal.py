@@ -159,7 +159,7 @@ def show_findings(sentences: list[str]) -> None:
 
 def list_files(files: list[Path], out: Path) -> None:
     """Print on stdout the names of the written files."""
-    tell(f"{len(files)} files in {out}{'/' if str(out) != '/' else ''}: "
+    tell(f"{len(files)} file{'' if len(files) == 1 else 's'} in {out}{'/' if str(out) != '/' else ''}: "
           + ", ".join(str(f.relative_to(out)) for f in files if f.parent == out))
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from renderer import __version__
 from renderer.colour.lamps import mean_light
 from renderer.readings.alpha_opic import RECEPTORS, alpha_opic_irradiance, daylight_ratio, equivalent_daylight
 from renderer.readings.colorimetry import COLOUR, MAX_DUV, chromaticity, colour_of, colour_temperature
@@ -191,9 +192,11 @@ def of_run(solution: Solution, accuracy: float, seconds: float) -> dict:
     transport = solution.transport
     holes = escaped(solution)
     return {
+        "version": __version__,
         "scene": solution.scene.title,
         "bands": solution.bands.name,
         "accuracy": accuracy,
+        "seed": transport.seed,
         "maintenance_factor": solution.scene.project.maintenance_factor,
         "values": "initial" if solution.scene.project.maintenance_factor == 1 else "maintained",
         "patches": transport.mesh.count,

@@ -35,7 +35,7 @@ from renderer.scene.schema import MaterialTable, SceneTable
 from renderer.scene.schema_faults import explain
 from renderer.scene.surface_names import FACINGS
 from renderer.scene.triangle_mesh import TriangleMesh, joined, with_halved_sides
-from renderer.scene.values import plain_table, table_with
+from renderer.scene.values import located, plain_table, table_with
 from renderer.system.input_files import is_regular_file, parse_toml, read_input, remembered
 from renderer.system.text import quoted
 
@@ -91,10 +91,10 @@ def _name_of(table: Mapping, folder: Path) -> Path:
 
 
 def with_values(scene: Scene, values: Mapping[str, object]) -> Scene:
-    """The scene with other values by dotted keys, as "materials.red.munsell"; None removes a key. Raises
-    InputError."""
+    """The scene with other values by dotted keys, as "materials.red.munsell"; None removes a key. Files that
+    are not in the scene's folder are looked for in the current one. Raises InputError."""
     removed = dict.fromkeys(key for key, value in values.items() if value is None)
-    plain = plain_table(values, str(scene.path))
+    plain = located(plain_table(values, str(scene.path)), scene.path.parent, Path())
     return revised(scene, table_with(scene.table, {**plain, **removed}, scene.path))
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from renderer.colour.spectrum import spectral_file
 from renderer.errors import InputError
-from renderer.system.input_files import MAX_TOML_DEPTH, refuse_excess
+from renderer.system.input_files import MAX_TOML_DEPTH, is_regular_file, refuse_excess
 from renderer.system.text import quoted
 
 ALTERNATIVE_KEYS = (("reflectance", "spectrum", "rgb", "srgb", "munsell", "lrv"), ("spectrum", "cct"),
@@ -97,6 +98,28 @@ def files_named(item) -> list[str]:
         elif isinstance(value, str) and key in ("spectrum", "mesh", "file"):
             found[value] = found[value.partition("#")[0]] = None  # the number or name of a column follows "#"
     return list(found)
+
+
+def located(values: Mapping[str, object], beside: Path, folder: Path) -> dict:
+    """The values, with whole paths for files that are in `folder` and not in the scene's.
+
+    values : by dotted key
+    beside : the scene's folder
+    """
+    return {key: _located(key.rpartition(".")[2], value, beside, folder) for key, value in values.items()}
+
+
+def _located(key: str, value, beside: Path, folder: Path):
+    if isinstance(value, dict):
+        return {name: _located(name, inner, beside, folder) for name, inner in value.items()}
+    if isinstance(value, list):
+        return [_located(key, inner, beside, folder) for inner in value]
+    names = files_named({key: value})
+    if any(is_regular_file(beside / name) for name in names) or \
+            not any(is_regular_file(folder / name) for name in names) or \
+            (key == "spectrum" and not spectral_file(value)):  # a CIE illuminant
+        return value
+    return str(folder.absolute() / value)
 
 
 def close_to(word: str, known) -> str:

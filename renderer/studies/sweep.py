@@ -13,7 +13,7 @@ from renderer.colour.tables import munsell_chips
 from renderer.errors import InputError
 from renderer.scene.reading import load, revised
 from renderer.scene.scene import Scene
-from renderer.scene.values import close_to, files_named, replaces, table_with
+from renderer.scene.values import close_to, files_named, located, replaces, table_with
 from renderer.system.cache import program
 from renderer.system.input_files import is_regular_file, parse_toml, read_input
 from renderer.system.text import quoted
@@ -24,12 +24,14 @@ class Base:
     """A room of a study before its values are varied.
 
     name : of the room in the study's rows
+    folder : of the study, which may hold files that a value names
     files : digests of the files that its table or a value names
     """
 
     name: str
     scene: Scene
     table: dict
+    folder: Path
     files: dict[str, str]
 
 
@@ -110,8 +112,9 @@ def _bases(path: Path, names: list[str], solver: dict, vary: dict[str, list]) ->
             raise InputError(f"{path}: scenes has {name!r} twice. Remove one.")
         known.add(scene.path.resolve())
         new = {**scene.table, "solver": {**scene.table.get("solver", {}), **solver}}
-        files = contents(scene.path.parent, files_named([new, vary]))
-        bases.append(Base(name, _read(revised(scene, new)), new, files))
+        folder = path.parent.absolute()
+        files = contents((scene.path.parent, folder), files_named([new, vary]))
+        bases.append(Base(name, _read(revised(scene, new)), new, folder, files))
     alike = Counter(base.scene.path.stem for base in bases)
     return [base if alike[base.scene.path.stem] > 1 else replace(base, name=base.scene.path.stem)
             for base in bases]
@@ -187,7 +190,8 @@ def scene_of(base: Base, values: dict[str, object]) -> Scene:
 
 def table_of(base: Base, values: dict[str, object]) -> dict:
     """A base's table with other values. Raises InputError."""
-    return table_with(base.table, values, base.scene.path)
+    path = base.scene.path
+    return table_with(base.table, located(values, path.parent, base.folder), path)
 
 
 def identity(base: Base, case: StudyCase) -> str:
@@ -198,9 +202,10 @@ def identity(base: Base, case: StudyCase) -> str:
     return _digest(said.encode())
 
 
-def contents(folder: Path, names: Iterable[str]) -> dict[str, str]:
-    """Digests of the files in a folder with some of the names."""
-    return {name: _digest(path.read_bytes()) for name in names if is_regular_file(path := folder / name)}
+def contents(folders: tuple[Path, Path], names: Iterable[str]) -> dict[str, str]:
+    """Digests of the files with some of the names, of a scene's folder or else a study's."""
+    return {name: _digest(path.read_bytes()) for name in names
+            if (path := next(filter(is_regular_file, (folder / name for folder in folders)), None))}
 
 
 def _digest(data: bytes) -> str:

@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from renderer.readings.finding import in_words, is_claimed
+from renderer.readings.finding import Comparison, in_words
 
 
 def sweep_finding(table: Path) -> list[str]:
@@ -13,7 +13,7 @@ def sweep_finding(table: Path) -> list[str]:
         reader = csv.DictReader(file)
         varied = reader.fieldnames[:reader.fieldnames.index("photometer")]
         rows = [row for row in reader if row[error]]
-    off = [row for row in rows if is_claimed(float(row[error]), _bar(row))]
+    off = [row for row in rows if _comparison(row).claimed]
     if not rows:
         return []
     if not off:
@@ -26,6 +26,8 @@ def sweep_finding(table: Path) -> list[str]:
             f"{in_words(float(worst[error]))}."]
 
 
-def _bar(row: dict) -> float:
-    """The error bar of a reading [%]."""
-    return 100 * float(row["uncertainty_lx"]) / float(row["total_lx"])
+def _comparison(row: dict) -> Comparison:
+    """RGB beside 31 bands in a row of the table."""
+    total, direct, bar, error = (float(row[key]) for key in ("total_lx", "direct_lx", "uncertainty_lx",
+                                                             "rgb_error_percent"))
+    return Comparison(row["photometer"], total * (1 + error / 100), total, direct, bar)

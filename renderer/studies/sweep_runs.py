@@ -56,7 +56,7 @@ class Batch:
         read."""
         done = [(name, case_rows(self.base, case, rooms_for(self))) for name, case in self.cases.items()]
         path, files = self.base.scene.path, self.base.files
-        if contents(path.parent, files) != files:
+        if contents((path.parent, self.base.folder), files) != files:
             raise InputError(f"{path}: a file that it names is not what it was when the study was read. Give "
                              "the same command again.")
         return done
