@@ -9,18 +9,13 @@ import pytest
 from renderer.colour.lamps import illuminant, power_at_1_nm
 from renderer.colour.reference_light import phase_of_daylight
 from renderer.colour.tables import cie_1931, evaluation_samples
-from renderer.pictures.isolux import _section, _thin_plate
+from renderer.pictures.isolux import _section
 from renderer.readings.colorimetry import colour_of
-from renderer.readings.spectrum import _slope_of_monotone_cubic
-from renderer.readings.uncertainty import student
 from renderer.scene.geometry import distances_of_triangles, signed_volume, triangle_areas
 from renderer.scene.triangle_mesh import TriangleMesh, divided_to, joined, rotation, solid_of_shape
-from renderer.system.graph import NODES_WORTH_SCIPY, pieces_of_graph
-from renderer.transport.factors import pair_rays
-from renderer.transport.factors.exchange import _conjugate_gradients
+from renderer.system.graph import pieces_of_graph
 
-LATER = {"colour", "trimesh", "matplotlib", "PIL", "asyncio", "pandas", "networkx", "scipy.linalg",
-         "scipy.special", "scipy.spatial", "scipy.interpolate", "scipy.optimize", "scipy.sparse.linalg"}
+LATER = {"colour", "trimesh", "matplotlib", "PIL", "asyncio", "pandas", "networkx"}
 """Packages that a room of boxes with a few meters has no need of."""
 
 
@@ -67,18 +62,6 @@ def test_daylight_as_by_colour_science(kelvin):
     np.testing.assert_allclose(phase_of_daylight(kelvin)[::5], expected, rtol=1e-3)
 
 
-def test_slopes_of_a_monotone_cubic_as_by_scipy():
-    from scipy.interpolate import PchipInterpolator
-
-    random = np.random.default_rng(1)
-    for _ in range(100):
-        x = np.cumsum(random.random(32) + 0.1)
-        y = np.cumsum(random.random(32) * (random.random(32) > 0.3) * 10.0 ** random.integers(-6, 3, 32))
-        at = np.concatenate([random.uniform(x[0], x[-1], 200), x])
-        theirs = PchipInterpolator(x, y).derivative()(at)
-        np.testing.assert_allclose(_slope_of_monotone_cubic(x, y, at), theirs, atol=1e-13 * theirs.max())
-
-
 def test_triangles_as_by_trimesh():
     import trimesh
 
@@ -92,24 +75,6 @@ def test_triangles_as_by_trimesh():
     ball.apply_translation([30, -20, 10])
     assert signed_volume(ball.triangles) == pytest.approx(ball.volume, rel=1e-9)
     assert signed_volume(ball.triangles[:, ::-1]) == pytest.approx(-ball.volume, rel=1e-9)
-
-
-def test_conjugate_gradients_solve():
-    random = np.random.default_rng(3)
-    root, right = random.normal(size=(40, 40)), random.normal(size=40)
-    matrix = root @ root.T + 40 * np.eye(40)
-    found = _conjugate_gradients(lambda v: matrix @ v, right, 1e-8, 200)
-    assert np.linalg.norm(matrix @ found - right) < 1e-8 * np.linalg.norm(right)
-    assert not _conjugate_gradients(lambda v: matrix @ v, np.zeros(40), 1e-8, 200).any()
-
-
-def test_near_pairs_with_and_without_a_tree(monkeypatch):
-    points = np.random.default_rng(4).random((400, 3))
-    few = set(zip(*pair_rays._within(points, 0.1), strict=True))
-    monkeypatch.setattr(pair_rays, "POINTS_WORTH_A_TREE", 0)
-    tree = set(zip(*pair_rays._within(points, 0.1), strict=True))
-    assert tree <= few
-    assert len(few) <= 1.01 * len(tree)
 
 
 @pytest.mark.parametrize("shape", ["box", "cylinder", "sphere"])
@@ -173,36 +138,3 @@ def test_turns_as_by_trimesh(degrees):
     for axis, along in enumerate(np.eye(3)):
         theirs = trimesh.transformations.rotation_matrix(np.radians(degrees), along)
         np.testing.assert_allclose(rotation(degrees, axis), theirs, atol=1e-15)
-
-
-@pytest.mark.parametrize("links", [3, 700, 1100, 3000])
-def test_pieces_of_a_graph_as_by_scipy(links):
-    from scipy import sparse
-    from scipy.sparse.csgraph import connected_components
-
-    n = 1000
-    one, other = np.random.default_rng(links).integers(0, n, (2, links))
-    graph = sparse.coo_array((np.ones(links), (one, other)), shape=(n, n))
-    assert n < NODES_WORTH_SCIPY
-    theirs = connected_components(graph, directed=False)[1]
-    np.testing.assert_array_equal(pieces_of_graph(n, one, other), theirs)
-
-
-def test_students_points_as_by_scipy():
-    from scipy.special import stdtrit
-
-    for replicas in (2, 3, 4, 8, 9, 32, 101):
-        assert student(replicas) == pytest.approx(stdtrit(replicas - 1, 0.975), rel=1e-12)
-
-
-@pytest.mark.parametrize("in_line", [False, True])
-def test_a_thin_plate_as_by_scipy(in_line):
-    from scipy.interpolate import RBFInterpolator
-
-    random = np.random.default_rng(6)
-    rows = 1 if in_line else 5
-    centres = np.array([(i + 0.5, j + 0.5) for i in range(7) for j in range(rows)])
-    values, at = random.uniform(100, 500, len(centres)), random.uniform(0, 6, (50, 2))
-    kernel = {"kernel": "linear", "degree": 0} if in_line else {"kernel": "thin_plate_spline"}
-    theirs = RBFInterpolator(centres, values, **kernel)(at)
-    np.testing.assert_allclose(_thin_plate(centres, values, at, in_line), theirs, rtol=1e-8)

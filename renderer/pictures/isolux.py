@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import RBFInterpolator
 
 from renderer.pictures.charts import lay_out, new_figure, saved
 from renderer.readings.grid import GridReading
@@ -99,36 +100,12 @@ def interpolated(reading: GridReading) -> tuple[np.ndarray, np.ndarray]:
     centres = np.array([(i + 0.5, j + 0.5) for j in range(n_v) for i in range(n_u)])
     i, j = np.minimum(fine.astype(int), [n_u - 1, n_v - 1]).T
     near = j * n_u + i
-    lux = _thin_plate(centres[reading.read], reading.total, fine, _in_line(reading))
+    kernel = {"kernel": "linear", "degree": 0} if _in_line(reading) else {"kernel": "thin_plate_spline"}
+    # The nearest 400 of many centres: all of them take memory as their square.
+    nearest = 400 if len(reading.total) > 400 else None
+    lux = RBFInterpolator(centres[reading.read], reading.total, neighbors=nearest, **kernel)(fine)
     lux = np.clip(lux, reading.total.min(), reading.total.max())
     return places, np.where(reading.read[near], lux, np.nan).reshape(s.shape)
-
-
-def _thin_plate(centres: np.ndarray, values: np.ndarray, at: np.ndarray, in_line: bool) -> np.ndarray:
-    """Values (m,) at places (m, 2) of the thin plate spline through values (n,) at centres (n, 2); of a
-    linear kernel where the centres are in line.
-
-    Of over 400 centres by the nearest 400 of each place, by scipy, whose import takes a third of a second.
-    """
-    if len(centres) > 400:
-        from scipy.interpolate import RBFInterpolator
-
-        kernel = {"kernel": "linear", "degree": 0} if in_line else {"kernel": "thin_plate_spline"}
-        return RBFInterpolator(centres, values, neighbors=400, **kernel)(at)
-
-    def kernel_of(places: np.ndarray) -> np.ndarray:
-        apart = np.linalg.norm(places[:, None] - centres, axis=2)
-        return -apart if in_line else apart**2 * np.log(np.where(apart > 0, apart, 1.0))
-
-    def polynomial(places: np.ndarray) -> np.ndarray:
-        ones = np.ones((len(places), 1))
-        return ones if in_line else np.hstack([ones, places])
-
-    known = polynomial(centres)
-    terms = known.shape[1]
-    system = np.block([[kernel_of(centres), known], [known.T, np.zeros((terms, terms))]])
-    weights = np.linalg.solve(system, np.concatenate([values, np.zeros(terms)]))
-    return kernel_of(at) @ weights[:len(centres)] + polynomial(at) @ weights[len(centres):]
 
 
 def _in_line(reading: GridReading) -> bool:

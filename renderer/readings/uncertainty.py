@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from scipy.special import stdtrit
 
 READING_ROUNDING = 1e-6
 """Smallest error bar, relative to the reading."""
@@ -36,27 +37,8 @@ def band_error(these: float, narrow: float) -> float:
 
 @cache
 def student(replicas: int) -> float:
-    """Two-sided 95 % point of Student's t for the mean of that many replicas.
-
-    It is found by bisection from the closed form of the distribution for a whole number of degrees of freedom
-    (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 1964, 26.7.3 and 26.7.4).
-    """
-    freedom, low, high = replicas - 1, 0.0, 20.0
-    if freedom < 1:
-        return float("nan")
-    first = 2 if freedom % 2 else 1
-    for _ in range(60):
-        middle = (low + high) / 2
-        angle = np.arctan(middle / np.sqrt(freedom))
-        k = np.arange(first, freedom - 1, 2)
-        terms = np.cumprod(np.concatenate([[1.0], k / (k + 1) * np.cos(angle) ** 2]))
-        if freedom % 2:
-            beyond = np.sin(angle) * np.cos(angle) * terms.sum() if freedom > 1 else 0.0
-            inside = (angle + beyond) * 2 / np.pi
-        else:
-            inside = np.sin(angle) * terms.sum()
-        low, high = (middle, high) if inside < 0.95 else (low, middle)
-    return (low + high) / 2
+    """Two-sided 95 % point of Student's t for the mean of that many replicas."""
+    return float(stdtrit(replicas - 1, 0.975))
 
 
 def rare_half_width(brightest: np.ndarray, unmet: np.ndarray, paths: np.ndarray) -> np.ndarray:

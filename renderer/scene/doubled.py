@@ -1,6 +1,7 @@
 """Faces of one surface that lie on each other in one plane, such as flush sides of two overlapping solids."""
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from renderer.scene.faces_in_axes import FaceInAxes
 
@@ -23,7 +24,7 @@ def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> 
     surface = np.array([faces[k].surface for k in some], dtype=float)
     # Within 1 of each other along each of five coordinates; normals within 4e-5.
     near = np.column_stack([normal / 4e-5, height / (2 * off), 4 * surface])
-    pairs = some[_within_one(near)]
+    pairs = some[KDTree(near).query_pairs(1.0, p=np.inf, output_type="ndarray")]
     one, other = pairs.min(axis=1), pairs.max(axis=1)
     overlap = (boxes[one, 0] <= boxes[other, 1] + off) & (boxes[one, 1] >= boxes[other, 0] - off)
     overlap = overlap.all(axis=1)
@@ -31,28 +32,6 @@ def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> 
     for earlier, later in zip(one[overlap].tolist(), other[overlap].tolist(), strict=True):
         found.setdefault(later, []).append(earlier)
     return found
-
-
-def _within_one(points: np.ndarray) -> np.ndarray:
-    """Pairs (m, 2) of points (n, k) that are at most 1 apart along each coordinate."""
-    # Sorted by the coordinate along which fewest pairs are near each other, then compared in the others.
-    best = None
-    for values in points.T:
-        order = np.argsort(values, kind="stable")
-        count = np.searchsorted(values[order], values[order] + 1.0, side="right") - np.arange(len(order)) - 1
-        if best is None or count.sum() < best[1].sum():
-            best = order, count
-    order, count = best
-    # A tree finds more pairs than this sooner; importing it takes 0.2 s.
-    if count.sum() > 1_000_000:
-        from scipy.spatial import KDTree
-
-        return KDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray")
-    first = np.repeat(np.arange(len(order)), count)
-    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
-    first, second = order[first], order[second]
-    near = (np.abs(points[first] - points[second]) <= 1.0).all(axis=1)
-    return np.column_stack([first[near], second[near]])
 
 
 def overlapping(boxes: np.ndarray, off: float) -> list[np.ndarray]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from renderer.scene.model_files.edges import Edges
 
@@ -63,8 +64,6 @@ def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> S
 
 def _once(strips: Strips) -> np.ndarray:
     """Which strips (k,) lie on no earlier strip: each of the two edges of a gap gives one."""
-    from scipy.spatial import KDTree
-
     once = np.ones(len(strips.face), dtype=bool)
     if len(once):
         middle = strips.corners.mean(axis=1)

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.spatial import KDTree
 
 from renderer.scene.model_files.read import read_polygons
 from renderer.scene.model_files.triangulate import triangles_of_polygons
@@ -39,9 +41,6 @@ def read_mesh(path: Path, where: str, units: str | None = None, up: str | None =
 
 def merged(mesh: LabelledMesh) -> LabelledMesh:
     """The mesh with coinciding vertices merged, without faces of no area and without repeated faces."""
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import KDTree
-
     scale = np.ptp(mesh.vertices[mesh.faces], axis=(0, 1)).max() or 1.0
     vertices, index = np.unique(mesh.vertices, axis=0, return_inverse=True)
     pairs = KDTree(vertices).query_pairs(WELD_DISTANCE * scale, output_type="ndarray")
@@ -64,8 +63,6 @@ def mended_junctions(mesh: LabelledMesh) -> LabelledMesh:
 
     Such T-junctions leave a surface open in the file that looks closed.
     """
-    from scipy.spatial import KDTree
-
     for _ in range(8):
         faces = mesh.faces
         open_face, open_side = _open_edges(faces)
@@ -121,10 +118,8 @@ def crowded_edges(faces: np.ndarray) -> np.ndarray:
 
 
 def oriented(mesh: LabelledMesh) -> tuple[LabelledMesh, np.ndarray]:
-    """The mesh with consistent winding in each connected body, outward for closed ones, and the body of each
-    face (k,)."""
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
-
+    """The mesh with one winding in each connected body, outward for closed bodies; and the body of each face
+    (k,)."""
     faces = mesh.faces.copy()
     sides, edge = _sides(faces)
     order = np.argsort(edge, kind="stable")

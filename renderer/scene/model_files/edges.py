@@ -4,6 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.spatial import KDTree
 
 from renderer.scene.model_files.weld import WELD_DISTANCE
 
@@ -45,8 +47,6 @@ class Edges:
 
 def connected(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Number of the connected set (count,) of each of `count` things, from pairs that are connected."""
-    from scipy.sparse.csgraph import connected_components
-
     graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
     return connected_components(graph, directed=False)[1]
 
@@ -55,8 +55,6 @@ def flips(count: int, one: np.ndarray, other: np.ndarray, agree: np.ndarray) -> 
     """Faces (count,) to turn so that all pairs agree, as few as possible in each connected set; None where
     the faces of a set cannot agree.
     """
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
-
     if agree.all():
         return np.zeros(count, dtype=bool)
     graph = sparse.coo_array((1.0 + ~agree, (one, other)), shape=(count, count)).tocsr()
@@ -81,8 +79,6 @@ def divided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.nda
     Such T-junctions leave a surface open in the file although it looks closed. With over 20,000 open edges
     the faces are sheets, and none is divided.
     """
-    from scipy.spatial import KDTree
-
     owner = np.arange(len(faces))
     if not len(faces):
         return faces, owner

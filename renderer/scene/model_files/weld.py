@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
 
 from renderer.scene.model_files.read import Polygons
 from renderer.scene.model_files.triangulate import newell, triangles_of_polygons
@@ -47,9 +49,6 @@ def facets(file: Polygons) -> Facets:
 
 def welded(vertices: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (m, 3) at least `near` [m] apart, and the index (n,) in them of each given vertex (n, 3)."""
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import KDTree
-
     distinct, index = np.unique(vertices, axis=0, return_inverse=True)
     pairs = KDTree(distinct).query_pairs(near, output_type="ndarray")
     if not len(pairs):

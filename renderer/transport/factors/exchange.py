@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, cg
 
 from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads
@@ -236,7 +237,8 @@ def balance(matrix, areas: np.ndarray) -> tuple:
         def moved(d, own=own, side=side, free=free):
             return np.where(free, own * d + side * (matrix @ (side * d)), d)
 
-        step = _conjugate_gradients(moved, np.where(free, missing / root, 0.0), 1e-3, 50)
+        system = LinearOperator(matrix.shape, moved, dtype=float)
+        step, _ = cg(system, np.where(free, missing / root, 0.0), rtol=1e-3, maxiter=50)
         for share in (1.0, 0.5, 0.25, 0.125):  # of the step, until the sum of all rows' errors falls
             trial = scale * np.exp(share * np.clip(step / root, -1, 1))
             trial[live] = np.clip(trial[live], 1 / MAX_SCALE, MAX_SCALE)  # no larger scaling would help
@@ -260,24 +262,3 @@ def balance(matrix, areas: np.ndarray) -> tuple:
         matrix *= np.minimum(share[:, None], share)
         matrix[np.diag_indices(len(areas))] += areas - matrix.sum(axis=1)
     return matrix, scale
-
-
-def _conjugate_gradients(product, right: np.ndarray, tolerance: float, most: int) -> np.ndarray:
-    """Solution (n,) of a positive definite system with the right-hand side (n,), until its residual is
-    `tolerance` of that, in `most` steps (M. R. Hestenes, E. Stiefel, J. Res. NBS 49(6), 1952).
-
-    product : the system's matrix times a vector
-    scipy.sparse.linalg has this method too but takes 0.2 s to import.
-    """
-    solution, residual, along = np.zeros_like(right), right, right
-    squared = residual @ residual
-    goal = tolerance**2 * squared
-    for _ in range(most):
-        if squared <= goal:
-            break
-        moved = product(along)
-        step = squared / (along @ moved)
-        solution, residual = solution + step * along, residual - step * moved
-        before, squared = squared, residual @ residual
-        along = residual + squared / before * along
-    return solution

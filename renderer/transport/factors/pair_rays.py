@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.spatial import KDTree
 
 from renderer.radiometry.polygons import HORIZON, exchange_areas
 from renderer.system.threads import in_threads
@@ -15,9 +16,6 @@ from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
 
-POINTS_WORTH_A_TREE = 3000
-"""Number of points above which a tree finds near pairs. For fewer, all distances are computed, because
-importing the tree takes 0.2 s."""
 MAX_PATCHES_FOR_PAIR_RAYS = 4000
 """Number of patches above which computing a factor for every pair takes longer than rays over hemispheres."""
 
@@ -202,22 +200,11 @@ def _near_pairs(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     need the double contour integral."""
     diagonal = 2 * np.linalg.norm(mesh.corners - mesh.centroid[:, None], axis=2).max(axis=1)
     reach = 2.0  # diagonals (docs/decisions.md, D3)
-    first, second = _within(mesh.centroid - mesh.middle, reach * diagonal.max())
+    middles = KDTree(mesh.centroid - mesh.middle)
+    first, second = middles.query_pairs(reach * diagonal.max(), output_type="ndarray").T
     apart = np.linalg.norm(mesh.centroid[first] - mesh.centroid[second], axis=1)
     near = apart < reach * np.maximum(diagonal[first], diagonal[second])
     return first[near], second[near]
-
-
-def _within(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of points (n, 3) up to `distance` [m] apart (k,) and (k,), the smaller index first. Pairs a
-    little farther apart may be included."""
-    if len(points) > POINTS_WORTH_A_TREE:
-        from scipy.spatial import KDTree
-
-        return tuple(KDTree(points).query_pairs(distance, output_type="ndarray").T)
-    squared = np.einsum("ki,ki->k", points, points)
-    apart = squared[:, None] + squared - 2 * (points @ points.T)
-    return np.nonzero(np.triu(apart <= 1.001 * distance**2 + 1e-12 * squared.max(), 1))
 
 
 def _before(mesh: Mesh, first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ of an object if it misses the object's box (Haines and Wallace, Shaft Culling, 1
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from renderer.system.threads import in_threads
 from renderer.transport.factors.contour import frames
@@ -42,8 +43,6 @@ class Clusters:
 
 def clusters(mesh: Mesh, patches: np.ndarray, size: int = 8) -> Clusters:
     """Patches (k,) grouped by place and normal in clusters of at most `size`."""
-    from scipy.spatial import cKDTree
-
     place = (mesh.centroid[patches] - mesh.middle) / mesh.scale
     # Rounded, so that a room has the same clusters wherever it stands.
     tree = cKDTree(np.round(np.hstack([place, 10 * mesh.normal[patches]]), 6), leafsize=size)
