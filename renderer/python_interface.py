@@ -36,18 +36,19 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 SceneSource: TypeAlias = "str | PathLike[str] | Mapping[str, Any]"
-"""Source of a scene: a file's path, a packaged room's name, or a dict with the keys of a scene file."""
+"""Source of a scene: the path of a file, the name of a packaged room, or a dict with the keys of a scene
+file."""
 
 
 class Scene(LoadedScene):
     """A room ready to be solved. `load` makes one."""
 
     def with_values(self, values: Mapping[str, Any]) -> Scene:
-        """The scene with other values; what they do not touch is kept.
+        """The scene with other values; all other keys stay.
 
         values : by dotted key, lists by index, as "materials.red.munsell" or "luminaires.0.flux"; a value
-            takes the place of what says the same in another way; None removes a key; a file lies in the
-            folder of the scene file, or else in the current one
+            replaces keys that it excludes (munsell replaces reflectance); None removes a key; files are looked
+            for in the folder of the scene file, then in the current one
         Raises InputError for an unknown key or a value that is not allowed.
 
         >>> import renderer
@@ -64,7 +65,7 @@ class Scene(LoadedScene):
 
     @cached_property
     def _store(self) -> TransportStore:
-        """Form factors that this scene shares with those made of it."""
+        """Form factors that this scene shares with scenes made from it by `with_values`."""
         return TransportStore()
 
     def __repr__(self) -> str:
@@ -80,7 +81,8 @@ class Solution(Solved):
         """Read an illuminance meter.
 
         position : (3,) [m]; normal : (3,) the direction it faces, of any length
-        Raises InputError outside the room, inside an object, or for what is no point or direction.
+        Raises InputError for a point outside the room or inside an object, and for arguments that are not a
+        point and a direction.
 
         >>> import renderer
         >>> solution = renderer.solve("grey_room", "rgb", accuracy=0.05)
@@ -91,11 +93,11 @@ class Solution(Solved):
         return super().photometer(_vector(position, "position"), _vector(normal, "normal"), str(name))
 
     def grids(self) -> list[GridReading]:
-        """Read the scene's own grids, in order."""
+        """Read the scene's grids, in order."""
         return [read_grid(self, grid) for grid in self.scene.grids]
 
     def grid(self, name: str) -> GridReading:
-        """Read one of the scene's own grids. Raises InputError for a name that none has.
+        """Read one of the scene's grids. Raises InputError for a name that no grid has.
 
         >>> import renderer
         >>> office = renderer.solve("office", "rgb", accuracy=0.2)
@@ -114,8 +116,8 @@ class Solution(Solved):
         """Mean luminance [cd/m²] that an eye sees within a cone.
 
         position : (3,) [m] of the eye; direction : (3,) in which it looks
-        angle : of the whole cone [degrees]
-        Raises InputError outside the room or inside an object.
+        angle : full angle of the cone [degrees]
+        Raises InputError for a point outside the room or inside an object.
 
         >>> import renderer
         >>> solution = renderer.solve("grey_room", "rgb", accuracy=0.05)
@@ -130,15 +132,15 @@ class Solution(Solved):
         return mean_luminance(self, _vector(position, "position"), axis, str(name))
 
     def spot_meters(self) -> list[Figure]:
-        """Read the scene's own luminance meters, in order [cd/m²]."""
+        """Read the scene's luminance meters, in order [cd/m²]."""
         return [self.luminance(spot.position, spot.toward, spot.angle, spot.name)
                 for spot in self.scene.spot_meters]
 
     def ugr(self, position: ArrayLike, direction: ArrayLike, name: str = "observer") -> Glare:
-        """Rate the glare of an observer by CIE 117; where there is no `rating`, `reason` says why.
+        """Rate the glare of an observer (UGR, CIE 117). Where `rating` is None, `reason` states why.
 
         position : (3,) [m] of the eye; direction : (3,) in which it looks
-        Raises InputError outside the room or inside an object.
+        Raises InputError for a point outside the room or inside an object.
 
         >>> import renderer
         >>> solution = renderer.solve("grey_room", "rgb", accuracy=0.05)
@@ -149,7 +151,7 @@ class Solution(Solved):
                                   str(name))
 
     def observers(self) -> list[Glare]:
-        """Rate the glare of the scene's own observers, in order."""
+        """Rate the glare of the scene's observers, in order."""
         return [self.ugr(observer.position, observer.toward, observer.name)
                 for observer in self.scene.observers]
 
@@ -167,7 +169,7 @@ class Solution(Solved):
         return light
 
     def __reduce__(self) -> str:
-        """Say what to do instead: rays and locks of this process are of no use to another."""
+        """Refuse to copy: rays and locks of this process cannot be used by another."""
         raise TypeError("a Solution cannot be pickled or copied. Pickle its scene and solve that there, or "
                         "keep its readings.")
 
@@ -181,7 +183,8 @@ class Solution(Solved):
 def load(source: SceneSource, folder: str | PathLike[str] = ".") -> Scene:
     """Read and check a scene: a file, a packaged room by its name, or a dict of the same keys as a file.
 
-    folder : of a dict, where the files lie that it names. Raises InputError, in one sentence.
+    folder : folder of the files that a dict names
+    Raises InputError, in one sentence.
 
     >>> import renderer
     >>> renderer.load("red_room")
@@ -199,15 +202,15 @@ def load(source: SceneSource, folder: str | PathLike[str] = ".") -> Scene:
 def solve(scene: Scene | SceneSource, bands: str | None = None, accuracy: float | None = None,
           seed: int | None = None, *, store: TransportStore | None = None,
           progress: Progress | None = None) -> Solution:
-    """Solve a scene; what is not given is taken from its [solver] table.
+    """Solve a scene. Arguments that are not given are taken from its [solver] table.
 
-    scene : what `load` returns or takes
+    scene : from `load`, or an argument of `load`
     bands : "rgb", "rgb-prefiltered", "6", "9", "16", "31" or "61"
-    accuracy : 95 % half-width of readings over the value, which mesh and rays are chosen for [1]
-    seed : of everything random
-    store : of another solution, to share its form factors; a scene, and those that `with_values` makes of it,
-        share theirs already
-    progress : called with each step, in words
+    accuracy : requested 95 % half-width of readings over the value, for which mesh and rays are chosen [1]
+    seed : of all random numbers
+    store : of another solution, to share its form factors; a scene and scenes made from it by `with_values`
+      share theirs without it
+    progress : called with a sentence for each step
     Raises InputError for a wrong argument, SolveError where the room has no steady state.
 
     >>> import renderer
@@ -237,7 +240,7 @@ def solve(scene: Scene | SceneSource, bands: str | None = None, accuracy: float 
 
 
 def _is_number(given: object, kind: type) -> bool:
-    """Whether it is one number of that kind, NumPy's included; True and False are none."""
+    """Whether it is one number of that kind, NumPy's included; True and False are not numbers."""
     return isinstance(given, kind) and not isinstance(given, (bool, np.bool_))
 
 
@@ -250,7 +253,8 @@ def _scene(plain: LoadedScene) -> Scene:
 
 
 def _near(word: object, known: tuple[str, ...] | list[str]) -> str:
-    """"did you mean …? " with the known word that is spelt most like one, whatever its case."""
+    """"did you mean …? " with the known word of the most similar spelling, in upper or lower case; "" for
+    none."""
     by_case = {name.lower(): name for name in known}
     near = difflib.get_close_matches(str(word).lower()[:80], list(by_case), n=1, cutoff=0.4)
     return f"did you mean {by_case[near[0]]!r}? " if near else ""

@@ -190,4 +190,4 @@ def test_long_readings_say_what_is_left_to_the_bar():
     watch = Watch(said.append)
     watch.tell(1.8, 0.01, 3.2)
     watch.tell(1.8, 0.01, 0.4)  # short ones say nothing
-    assert said == ["error bars 1.8 %, 1 % asked; 3 s left"]
+    assert said == ["error bars 1.8 %, 1 % requested; 3 s left"]

@@ -62,7 +62,7 @@ app.register_install_completion_command(add_to_startup=False, group=group,
 
 def main() -> None:
     """Run the command line; each refusal is one line on stderr."""
-    gc.set_threshold(100_000)  # imports make as many objects, without cycles
+    gc.set_threshold(100_000)  # imports make about as many objects, none in cycles
     atexit.register(gc.freeze)  # no collection at the end of the process
     heed_signals()
     open_streams()
@@ -83,7 +83,7 @@ def main() -> None:
 
 
 def _wrong_call(error: CycloptsError) -> str:
-    """What is wrong with the arguments, in one sentence."""
+    """The fault of the arguments, as one sentence."""
     command = " ".join(("renderer", *(error.command_chain or ())))
     match error:
         case UnusedCliTokensError(unused_tokens=[word, *_]):
@@ -96,7 +96,7 @@ def _wrong_call(error: CycloptsError) -> str:
 
 
 def _leave_for(error: BaseException) -> None:
-    """Print the reason of a failure and end the run; raise again an error that is the program's own."""
+    """Print the reason for a failure and end the run. Errors of the program itself are raised again."""
     match error:
         case CycloptsError():
             leave(f"{_wrong_call(error)} See renderer --help.", 2)

@@ -62,7 +62,7 @@ class _Run:
 
     def show(self, solution, figures: list, record: dict, tables: list, rows: list[dict],
              files: list[Path] | None = None) -> None:
-        """Print the result; files : with those of the scene, where the command lists files"""
+        """Print the result. files : the files written, for commands that list them"""
         warn(solution, figures, self.asked)
         print_as(self.form, record, tables, rows)
         if self.form == "table":
@@ -126,7 +126,7 @@ def photometer(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_
         solution, (readings, areas), figures = run.solve(read, progress, meters)
         files = _written(loaded, solution.bands.name, areas, run.out)
         record = solution_record(solution, readings, run.asked, run.seconds, areas)
-        if solution.bands.name == "rgb" and not run.stopped:  # compared with 31 bands on the same transport
+        if solution.bands.name == "rgb" and not run.stopped:  # then compare with 31 bands
             beside = solve_on(loaded, loaded.band_set("31"), solution.plan, solution.store,
                               solution.transport)
             in_31, areas_in_31 = read(beside)[0]
@@ -155,7 +155,7 @@ def _spots(scene, at: str | None, normal: str | None) -> list[tuple]:
                          "scene's own photometers.")
     if not scene.photometers and not scene.grids:
         raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] or [[photometer_grids]] "
-                         "table, or say where with --at x,y,z.")
+                         "table, or give a place with --at x,y,z.")
     return [(p.position, p.normal, p.name) for p in scene.photometers]
 
 
@@ -242,7 +242,7 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
         eyes = [(*sight, f"at {at}")]
     if not eyes:
         raise InputError(f"{loaded.path}: observers is empty; add an [[observers]] table with position and "
-                         "look_at, or say where with --at x,y,z --look-at x,y,z.")
+                         "look_at, or give --at x,y,z --look-at x,y,z.")
     warn_before(loaded, run.solving.accuracy)
 
     def read(solution):
@@ -257,7 +257,8 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
 
 
 def _sight(scene, at: str | None, look_at: str | None) -> tuple | None:
-    """An eye (3,) [m] and the way it looks (3,); None where none is given. Raises InputError."""
+    """Position (3,) [m] and direction (3,) of an eye; None where neither option is given. Raises
+    InputError."""
     if at is None and look_at is None:
         return None
     if at is None or look_at is None:
@@ -266,5 +267,5 @@ def _sight(scene, at: str | None, look_at: str | None) -> tuple | None:
     eye, target = _inside(scene, at), vector("--look-at", look_at)
     toward = tuple(b - a for a, b in zip(eye, target, strict=True))
     if max(map(abs, toward)) < 1e-9:
-        raise InputError(f"--look-at is {look_at!r}, the eye's own place; give another point.")
+        raise InputError(f"--look-at is {look_at!r}, the position of the eye; give another point.")
     return eye, toward

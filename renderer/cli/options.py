@@ -55,14 +55,14 @@ class Solving:
     seed: Annotated[int | None, Parameter(converter=_whole)] = None
     "Seed of all random numbers; by default the scene's."
     no_cache: Annotated[bool, Parameter(negative="")] = False
-    "Use no form factors of earlier runs, and keep none for later ones."
+    "Do not use form factors of earlier runs, and keep none for later runs."
     scheduler: str | None = None
     "Address of a Dask scheduler (pip install 'spectral-radiosity[cluster]') whose workers share large work."
     log_level: str | None = None
     "Show the steps of the run and their seconds on stderr: debug, info or warning."
 
     def checked(self) -> "Solving":
-        """Refuse invalid values that the types accept, and start the log."""
+        """These options, with the log started. Raises InputError for values that are not allowed."""
         from renderer.colour.bands import BAND_SETS
 
         if self.log_level is not None:
@@ -76,7 +76,8 @@ class Solving:
 
 
     def store(self):
-        """Where form factors come from: computed, perhaps on a cluster, or kept. Raises InputError."""
+        """The store of form factors, with the cache on disk and the cluster that the options name. Raises
+        InputError."""
         from renderer.solving.transport_store import TransportStore
         from renderer.system.cache import user_cache
 

@@ -1,4 +1,4 @@
-"""Commands before a run: its forecast (plan), and the form factors kept from earlier runs (cache)."""
+"""Commands before a run: its forecast (plan), and the form factors kept on disk from earlier runs (cache)."""
 
 import json
 from dataclasses import asdict
@@ -15,7 +15,7 @@ cache = App(name="cache", help="Show or remove the form factors kept on disk bet
 
 def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
          solving: Solving | None = None, output: Output | None = None) -> None:
-    """Forecast of time, memory and error bars of a scene's readings, and what of the scene is left out.
+    """Forecast of time, memory and error bars of a scene's readings, and a list of what the run leaves out.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
             ["bands solved", f"{said.bands_solved} of {said.bands}", "equal bands are solved once"],
             ["time", f"{said.seconds:.2g} s", f"{all_of}on this machine at its present load; less if kept"],
             ["memory", f"{said.memory / 1e9:.2g} GB", f"{all_of}at most"],
-            ["accuracy", f"{said.accuracy:.2%}", f"asked; {said.promise:.2%} can be promised here"]]
+            ["accuracy", f"{said.accuracy:.2%}", f"requested; {said.promise:.2%} can be promised here"]]
     if said.expected is not None:
         rows.append(["error bar", f"{said.expected:.2%}",
                      "expected, the widest of all photometers and of the means and minima of grids"])
@@ -55,8 +55,8 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
                      f"bar {stage.expected:.2%}, expected"])
     show(f"{loaded.title}: the plan", ["", "estimate", ""], rows)
     if said.unsure:
-        tell("Error bars are forecast within a factor of two, and one of them is close to the accuracy "
-             "asked: there may be one finer solve more or fewer.")
+        tell("Error bars are forecast within a factor of two, and one of them is close to the requested "
+             "accuracy: there may be one finer solve more or fewer.")
     slips = [*loaded.faults, *doubts(loaded), *([likely] if likely and bands == "rgb" else [])]
     for title, sentences in (("Read", loaded.files), ("Modelled", said.modelled),
                              ("Left out", said.left_out), ("Check", slips)):
@@ -66,7 +66,7 @@ def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative
 
 @cache.command
 def info(*, output: Output | None = None) -> None:
-    """Folder, number of files and size of the form factors kept, and the largest size allowed."""
+    """Folder, number and size of the files with form factors, and the largest size allowed."""
     from renderer.system.cache import MAX_CACHE_BYTES, user_cache
 
     kept = user_cache()
@@ -77,7 +77,7 @@ def info(*, output: Output | None = None) -> None:
 
 @cache.command
 def clear(*, output: Output | None = None) -> None:
-    """Remove all form factors kept."""
+    """Remove all files with form factors."""
     from renderer.system.cache import user_cache
 
     kept = user_cache()

@@ -108,7 +108,7 @@ def report(*scenes: str, client: Annotated[bool, Parameter(negative="")] = False
         and one in the pure red of the RGB model.
     client
         Write a report for clients instead, <scene>_client.html for each room, and .pdf where a browser is
-        installed: luminaires, materials, grids, glare, and which [[requirements]] are met.
+        installed: luminaires, materials, grids, glare, and the [[requirements]] met and not met.
     embed_outside
         Embed files from outside a scene's folder too; by default the report only names them.
     """
@@ -150,7 +150,8 @@ def _client_reports(scenes: list, solving: Solving, out, quiet: bool) -> None:
                                           progress)
         files += written
         if written[-1].suffix != ".pdf":
-            say(f"no browser is installed that could print {written[-1]}. Open it in a browser and print it.")
+            say(f"no browser that can print {written[-1]} is installed. Open the file in a browser and "
+                f"print it.")
         asked = [check for check in room.checks if check.verdict != "met"]
         sentences += room.record.get("finding", [])
         sentences += [f"{scene.title}: {check.of}, {check.key}: {check.verdict}." for check in asked]
@@ -159,7 +160,7 @@ def _client_reports(scenes: list, solving: Solving, out, quiet: bool) -> None:
 
 
 def _said(scenes: list, solving: Solving, embed_outside: bool) -> str:
-    """The command line that makes a report again in the folder of its scene files."""
+    """The command line that makes the report again in the folder of its scene files."""
     options = [] if solving.accuracy is None else [f"--accuracy {solving.accuracy:g}"]
     options += [] if solving.seed is None else [f"--seed {solving.seed}"]
     options += ["--embed-outside"] if embed_outside else []
@@ -211,7 +212,7 @@ def _one_room(scene: str, solving: Solving | None, output: Output | None, save, 
     if in_colour and asked == "6":
         given = "--bands" if solving.bands else f"{loaded.path}: solver.bands"
         raise InputError(f"{given} is '6', which gives luminance without colour. Give --bands 31, or "
-                         "take renderer pseudocolour, which needs no colour.")
+                             "use renderer pseudocolour, which needs no colour.")
     warn_before(loaded, solving.accuracy)
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:

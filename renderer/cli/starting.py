@@ -1,4 +1,4 @@
-"""Commands to begin with: new, keys."""
+"""Commands for a new scene: new, keys."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ from renderer.cli.terminal import show, tell
 from renderer.system.text import visible
 
 MAX_LISTED = 40
-"""Largest number of rooms, files or omissions on screen."""
+"""Largest number of rooms, files or omissions in a list on the terminal."""
 
 
 def new(file: str | None = None, *, room: str | None = None,

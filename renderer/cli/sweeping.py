@@ -11,7 +11,7 @@ from renderer.cli.terminal import leave_interrupted, list_files, progress_shown,
 
 def sweep(study: str, *, check: Annotated[bool, Parameter(negative="")] = False,
           solving: Solving | None = None, output: Output | None = None) -> None:
-    """Readings of many rooms in one table: every combination of values of any keys of a scene file.
+    """Readings of many rooms in one table: all combinations of values for any keys of a scene file.
 
     Give the same command again to continue an interrupted sweep.
 

@@ -13,7 +13,7 @@ from renderer.system.text import CsvWriter, visible
 
 @contextmanager
 def progress_shown(quiet: bool) -> Iterator:
-    """A function to call with each step, for a spinner on a terminal and lines elsewhere."""
+    """A function to call with each step: a spinner shows steps on a terminal, lines elsewhere."""
     if quiet:
         yield lambda step: _stop_if_asked()
         return
@@ -69,7 +69,8 @@ def print_as(form: str, record: dict, tables: list, rows: list[dict]) -> None:
 
 
 def warn(solution, figures: list, asked: float) -> None:
-    """Print warnings on stderr: accuracies not reached, light that escapes, errors of the laws."""
+    """Print warnings on stderr: accuracies not reached, light that escapes, violations of reciprocity and
+    energy balance."""
     fixed = solution.scene.solver.patch_size
     why = "solver.patch_size allows no finer mesh" if fixed else "memory or two finer solves allow no more"
     why = "the run was interrupted" if solution.watch.stopped else why
@@ -79,7 +80,7 @@ def warn(solution, figures: list, asked: float) -> None:
     for f in figures:
         if f.uncertainty > asked * f.value:
             say(f"warning: {solution.scene.title}: the reading {f.name!r} is {f.value:.4g} ± "
-                f"{f.uncertainty:.2g} {f.unit}, not within the {asked:.2%} asked: {why}.")
+                f"{f.uncertainty:.2g} {f.unit}, not within the requested {asked:.2%}: {why}.")
     for sentence in escapes(solution, figures):
         say(f"warning: {solution.scene.title}: {sentence}")
     exchange, mesh = solution.transport.exchange, solution.transport.mesh
@@ -92,9 +93,9 @@ def warn(solution, figures: list, asked: float) -> None:
             f"lx ({f.name!r}). Close the gaps there, or turn round the faces that show their backs.")
     if exchange.reciprocity_error > 0.5:
         first, second = (solution.scene.surface_names[k] for k in exchange.worst_pair)
-        say(f"warning: {solution.scene.title}: before they are balanced, the form factors between {first!r} "
+        say(f"warning: {solution.scene.title}: before balancing, the form factors between {first!r} "
             f"and {second!r} differ by {exchange.reciprocity_error:.0%} of what the smaller patch sends: the "
-            "patches are long for their distance. Give a smaller solver.patch_size.")
+            "patches are too long for their distance. Give a smaller solver.patch_size.")
     if solution.energy_balance_error > 1e-6:
         surface = solution.scene.surface_names[mesh.surface[solution.worst_patch]]
         say(f"warning: {solution.scene.title}: {solution.energy_balance_error:.1e} of the light is missing "
@@ -119,11 +120,12 @@ def warn_before(scene, accuracy: float | None, bands: str | None = None) -> None
     promise = make_plan(scene, asked, scene.solver.patch_size).promise
     if asked < promise and not scene.solver.patch_size:
         say(f"warning: {scene.title}: an accuracy of {asked:.2%} cannot be promised for every reading here; "
-             f"{promise:.2%} can. The error bars state what is reached.")
+            f"{promise:.2%} can. Error bars state the accuracy reached.")
 
 
 def show_files(scene) -> None:
-    """Print on stdout the sentences about model files, their colours, and the parts without effect."""
+    """Print on stdout the sentences about model files, colours from them, and parts of objects without
+    effect."""
     from renderer.solving.plan import taking_no_part
 
     for sentence in [*scene.files, *taking_no_part(scene)]:
@@ -148,7 +150,7 @@ def show_laws(solutions: list) -> None:
               f"{transport.exchange.reciprocity_error:.1e}, energy balance {balance:.1e}")
         for s in shared:
             if (lumens := through_gaps(s)) is not None:
-                tell(f"{s.scene.title}: the gaps that are closed would let {lumens:.2g} lm through")
+                tell(f"{s.scene.title}: gaps in the mesh, now closed, would let {lumens:.2g} lm through")
 
 
 def show_findings(sentences: list[str]) -> None:
@@ -166,9 +168,9 @@ def list_files(files: list[Path], out: Path) -> None:
 def open_streams() -> None:
     """Make the standard streams safe to write to.
 
-    The number of a closed stream goes to the next file that is opened, and messages of libraries would
-    overwrite that file; the null device takes its place. Without stdout there is no place for results: the
-    program ends with a sentence.
+    The next file that is opened would get the number of a closed stream, and messages of libraries would
+    overwrite it. The null device therefore replaces closed streams. Without stdout the program ends with a
+    sentence, because results have no place.
     """
     with suppress(OSError):
         while (null := os.open(os.devnull, os.O_RDWR)) <= 2:
@@ -178,10 +180,10 @@ def open_streams() -> None:
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115  as long as the program runs
     sys.stdout = sys.stdout or sys.stderr
     for stream in (sys.stdout, sys.stderr):
-        with suppress(AttributeError):  # a stream that a caller has put in its place
+        with suppress(AttributeError):  # a stream that a caller has replaced
             stream.reconfigure(errors="replace")
     if missing:
-        leave("standard output is closed, and results are printed there. Leave it open, or send it to "
+        leave("standard output is closed, but results are printed there. Leave it open, or send it to "
               "a file.", 1)
 
 
@@ -203,7 +205,7 @@ def heed_signals() -> None:
 
 
 def interrupt(number: int, _frame) -> None:
-    """Handle Ctrl-C or SIGTERM, and record it: some packages swallow the exception while they are
+    """Handle Ctrl-C or SIGTERM, and record it, because some packages suppress the exception while they are
     imported."""
     global _interrupted
     _interrupted = number
@@ -223,7 +225,7 @@ def leave_interrupted(kept: str) -> None:
 
 
 def leave_with_readings(omitted: str = "") -> None:
-    """End an interrupted run that has printed readings; omitted : words about what is not there."""
+    """End an interrupted run that has printed readings; omitted : words about missing results"""
     leave_interrupted(f"each reading is the last one known, with its own error bar{omitted}")
 
 

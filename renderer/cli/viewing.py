@@ -10,9 +10,9 @@ from renderer.cli.terminal import list_files, progress_shown, show, show_laws, w
 
 def view(scene: str = "furnished_room", *, rainbow: Annotated[bool, Parameter(negative="")] = False,
          solving: Solving | None = None, output: Output | None = None) -> None:
-    """A window on one room: turn it, click for a reading, switch to pseudocolour and to RGB by keys.
+    """A window with one room: turn it, click for a reading, switch to pseudocolour or RGB by keys.
 
-    Prints the readings when it is closed. Without a display take renderer report.
+    Prints the readings when it is closed. Without a display use renderer report.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The answer on one sheet: for each room a row with RGB, 31 bands, their difference and the readings."""
+"""The sheet of `compare`: for each room a row with RGB, 31 bands, their difference and the readings."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ class AnswerRow:
 
     rgb, spectral : pictures (height, width, 3) in RGB and in 31 bands
     difference : (height, width) error of RGB [%], NaN without light
-    edges : (height, width) edges of surfaces, without which a room without differences would be blank
+    edges : (height, width) edges of surfaces, which are drawn so that a room without differences is not blank
     marks : places of the photometers [pixels]
     """
 
@@ -29,7 +29,8 @@ class AnswerRow:
 
 
 def difference_limit(differences: list[np.ndarray]) -> float:
-    """A round end [%], at least 1, of one scale for signed differences, that 2 % of the pixels may exceed."""
+    """Limit [%] of one scale for signed differences: a round number, at least 1, that at most 2 % of the
+    pixels exceed."""
     every = np.concatenate([np.abs(d[np.isfinite(d)]) for d in differences])
     end = max(1.0, float(np.percentile(every, 98)) if len(every) else 0.0)
     step = 10.0 ** np.floor(np.log10(end))
@@ -38,7 +39,7 @@ def difference_limit(differences: list[np.ndarray]) -> float:
 
 def save_answer(rows: list[AnswerRow], path: Path) -> Path:
     """Draw the sheet: the finding over all rooms, then one row a room."""
-    head, label, numbers, gap = 42, 290, 370, 14  # type of the finding; widths of columns [pixels]
+    head, label, numbers, gap = 42, 290, 370, 14  # height of the headline; widths of columns [pixels]
     wide = (SHEET_WIDTH - 2 * MARGIN - label - numbers - 2 * gap - 30) / 3
     tall = min(max(wide * row.rgb.shape[0] / row.rgb.shape[1] for row in rows), 1.2 * wide)
     said = broken(headline([row.finding for row in rows]), head, SHEET_WIDTH - 2 * MARGIN)

@@ -21,7 +21,7 @@ from renderer.transport.transport import Transport
 class View:
     """The view of a camera, valid for all materials and bands.
 
-    sensor : one row a pixel, on radiosity
+    sensor : one row for each pixel
     emitted : (n_pixels, n_luminaires) radiosity per lumen
     surface : (height, width) index of the surface at each pixel's centre, -1 for none
     share : (n_pixels, n_surfaces) share of each pixel that shows each surface
@@ -93,7 +93,7 @@ class View:
         return [(self.sensor.indirect, solution.vertex_radiosity @ weights)]
 
     def _added(self, terms: list[tuple]) -> np.ndarray:
-        """Σ matrix @ light / π as a picture, from pairs (matrix, light) with one row of the matrix a
+        """Σ matrix @ light / π as a picture, from pairs (matrix, light); a matrix has a row for each
         pixel."""
         seen = np.empty((self.surface.size, terms[0][1].shape[1]))
 
@@ -175,8 +175,8 @@ def _rest(n: int, fine: np.ndarray, surface: np.ndarray, lamp: np.ndarray, face:
 
     cover : (m,) known share of pixels `lamp` (m,) that the luminaire surfaces `face` (m,) cover
 
-    Rays that meet such a face have weight 0; the others share the rest of the pixel equally. Where every ray
-    meets one, up to an eighth of the pixel, dim beside the luminaire, is neglected.
+    Rays that meet such a face have weight 0; the others divide the rest of the pixel equally. Where every ray
+    meets a face, the rest (up to an eighth of the pixel, and dim beside the luminaire) is neglected.
     """
     top = surface.max(initial=0) + face.max(initial=0) + 1
     known = np.isin(fine[:, None] * top + surface, lamp * top + face) & (surface >= 0)
@@ -185,17 +185,17 @@ def _rest(n: int, fine: np.ndarray, surface: np.ndarray, lamp: np.ndarray, face:
 
 
 def _hits(transport: Transport, camera: Pinhole, eye: np.ndarray, x: np.ndarray, y: np.ndarray):
-    """Patch (k,), negative for none, and (s, t) on it at points of the picture."""
+    """Patch (k,), negative for none, and place (s, t) on it, at points of the picture."""
     return seen_from(transport, eye, camera.directions(x, y))
 
 
 def _surface(transport: Transport, patch: np.ndarray) -> np.ndarray:
-    """Index of the surface of each patch, -1 for none; of any shape."""
+    """Index of the surface of each patch, -1 for none; an array of any shape."""
     return np.where(patch >= 0, transport.mesh.surface[patch], -1)
 
 
 def _plane(transport: Transport, patch: np.ndarray) -> np.ndarray:
-    """Number of the flat part of a surface that each patch is on; of any shape."""
+    """Number of the flat part of a surface on which each patch lies; an array of any shape."""
     mesh = transport.mesh
     keys = np.column_stack([mesh.surface, np.round(mesh.normal, 4)])
     _, part = np.unique(keys, axis=0, return_inverse=True)
@@ -203,8 +203,8 @@ def _plane(transport: Transport, patch: np.ndarray) -> np.ndarray:
 
 
 def _shadow_edges(light: np.ndarray, found: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Whether direct light (k,) of the found pixels differs by over 10 % from a neighbour's (height,
-    width)."""
+    """Whether direct light at a pixel differs by over 10 % from a neighbour's (height, width). light : (k,)
+    at the pixels `found`"""
     picture = np.zeros(found.size)
     picture[found] = light
     picture = picture.reshape(shape)

@@ -58,5 +58,5 @@ class Canvas:
 
 
 def broken(text: str, size: float, width: float) -> list[str]:
-    """A text in lines of at most `width` pixels; a bold letter is 0.62 of `size` wide in the mean."""
+    """A text in lines of at most `width` pixels. Bold letters are 0.62 of `size` wide on average."""
     return textwrap.wrap(text, max(8, int(width / (0.62 * size)))) or [""]

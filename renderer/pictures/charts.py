@@ -35,7 +35,7 @@ def drawable(text: str) -> bool:
 def ratio_scale(every, panels: list[np.ndarray], label: str) -> list[np.ndarray]:
     """Give axes with a common y a logarithmic scale for ratios, ±20 % shaded.
 
-    every : the axes
+    every : all axes
     panels : ratios in each of the axes, of any shape
 
     Returns the ratios to draw: those beyond 20 or below 1/20 are moved to the edge of the scale.
@@ -61,7 +61,7 @@ def ratio_scale(every, panels: list[np.ndarray], label: str) -> list[np.ndarray]
 
 
 def saved(figure, path: Path) -> Path:
-    """Write the sheet to a whole file, as a PNG; laid out and drawn once, where `savefig` does both twice."""
+    """Write the sheet to a whole PNG file. It is laid out and drawn once; `savefig` does both twice."""
     figure.canvas.draw()
     picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
     with whole_file(path) as part:

@@ -37,9 +37,10 @@ def _save(channels: dict[str, np.ndarray], header: dict, path: Path) -> Path:
 
     pixels = {name: np.ascontiguousarray(plane, dtype=np.float32)
               for name, plane in channels.items()}
-    # Radiance varies in its last digits everywhere: ZIPS saves 6 % and takes many times as long.
+    # Not compressed: ZIPS saves only 6 % of files with noise in the last digits, and is slow.
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
-    # Written in memory first: OpenEXR refuses names that are not UTF-8, and does not report a full disk.
+    # Written to memory first, because OpenEXR refuses names that are not UTF-8 and does not report a full
+    # disk.
     written = BytesIO()
     with OpenEXR.File(header, pixels) as file:
         file.write(written)

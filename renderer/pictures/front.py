@@ -1,4 +1,4 @@
-"""A chart of error over time: all settings of a scene, and the front of the best ones."""
+"""A chart of error against time: all settings of a scene, and the line of those that no other beats."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -10,14 +10,14 @@ from renderer.pictures.charts import new_figure, saved
 
 def save_front(title: str, settings: list, front: list, marked: list, floor: float, path: Path,
                asked: Sequence = (), peers: Sequence = (), note: str = "") -> Path:
-    """Draw settings (with bands, method, seconds, error) and the line through the best of them.
+    """Draw settings (with bands, method, seconds, error) and the line through those that no other beats.
 
-    front : from the fastest on
+    front : settings on that line, the fastest first
     marked : settings with a ring
     floor : possible error of the reference itself
     asked : results of `--accuracy` (with accuracy, seconds, error)
     peers : other programs (with name and points of seconds and error)
-    note : about the peers, for the legend
+    note : about the other programs, for the legend
     """
     from matplotlib.ticker import LogLocator
 
@@ -48,7 +48,7 @@ def save_front(title: str, settings: list, front: list, marked: list, floor: flo
     more += [100 * max(error, 1e-6) for peer in peers for _, error in peer.points]
     lowest, highest = min([lowest, *more]), max([highest, *more])
     axes.axhspan(min(lowest / 2, 50 * floor), 100 * floor, color="#e9efe6", zorder=0,
-                 label="below what the reference tells")
+                 label="error of the reference")
     for target in (5, 1, 0.2):
         axes.axhline(target, color="#a0a0a0", lw=0.7, ls=":", zorder=1)
     axes.set(xscale="log", yscale="log", xlabel="seconds, warm: from the loaded scene to the readings",

@@ -42,7 +42,7 @@ def save_slices(rows: list[tuple[str, np.ndarray]], marks: tuple, title: str, pa
     inch = cell / step
     width, height = left + across * cell, (0.95 if single else 0.85) + down * lift * inch + 0.72
     figure = new_figure(width, height)
-    # One axes for all charts: a hundred axes would take ten times as long.
+    # One matplotlib axes for all charts; a hundred would take ten times as long.
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(-left / inch, (width - left) / inch), ylim=((0.95 - height) / inch, 0.95 / inch))
     axes.axis("off")
@@ -116,7 +116,7 @@ def save_chips(panels: list[tuple[str, np.ndarray]], rgb: np.ndarray, names: lis
 
 
 def _name(axes, x: np.ndarray, y: np.ndarray, names: list[str], chosen: list[int]) -> None:
-    """Write the names of the chosen points beside them, where they cover fewest points and no other name."""
+    """Write names beside the chosen points where they cover the fewest points and no other name."""
     line, word = 0.045, 0.12  # height and width of a name, relative to the chart's
     low, high = np.log(axes.get_ylim())
     across, up = x / axes.get_xlim()[1], (np.log(y) - low) / (high - low)  # 0 … 1 in the chart
@@ -128,7 +128,7 @@ def _name(axes, x: np.ndarray, y: np.ndarray, names: list[str], chosen: list[int
         return hidden.sum() + 100 * other + 0.5 * abs(middle - up[k]) / line
 
     for k in sorted(chosen, key=lambda k: y[k]):
-        lowest = 0 if y[k] > 1 and up[k] < 0.85 else -16  # where there is room, names stand outside
+        lowest = 0 if y[k] > 1 and up[k] < 0.85 else -16  # above or below the points
         spots = [(left, up[k] + step * line / 2) for step in range(lowest, 17)
                  for left in (across[k] - word - 0.02, across[k] + 0.03)]
         left, middle = min((s for s in spots if line < s[1] < 1 - line and 0 < s[0] < 1 - word),

@@ -10,7 +10,7 @@ from renderer.pictures.sheet import plain
 
 def save_shares(panels: list[tuple[str, np.ndarray]], names: list[str], models: tuple[str, ...], title: str,
                 path: Path) -> Path:
-    """Shares of colours within ±5, 10 and 20 %, as three lengths of one bar.
+    """Draw shares of colours within ±5, 10 and 20 % as three lengths of one bar.
 
     panels : caption and shares (n_names, n_models, 3)
     """
@@ -36,7 +36,7 @@ def save_shares(panels: list[tuple[str, np.ndarray]], names: list[str], models: 
 
 
 def save_named(panels: list[tuple], names: list[str], methods: list[str], title: str, path: Path) -> Path:
-    """Ratios of primaries and complements by each method, and the range of all spectra.
+    """Draw the ratios of primaries and complements by each method, and the range for all spectra.
 
     panels : caption, ratios (n_methods, n_names), and smallest and largest ratio (2, n_names) or None
     """

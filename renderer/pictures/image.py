@@ -1,4 +1,4 @@
-"""From tristimulus values to a picture on a screen."""
+"""Pictures for a screen from tristimulus values."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,7 +57,7 @@ def tone_map(xyz: np.ndarray, exposed: Exposure) -> np.ndarray:
 
     A colour outside the screen's gamut is moved toward the grey of its luminance. Then its brightest channel
     m becomes m (1 + m/w²) / (1 + m) (E. Reinhard et al., ACM Trans. Graph. 21, 2002, eq. 4) and the others
-    keep their proportion to it: hues stay, and very bright rooms keep their shading.
+    keep their ratio to it, so that hues stay and very bright rooms keep their shading.
     """
     rgb = (xyz * exposed.gain) @ XYZ_TO_BT709.T
     grey = np.maximum(rgb @ LUMINANCE_WEIGHTS, 0)[..., None]

@@ -51,7 +51,8 @@ def _lux(value: float) -> str:
 
 
 def _axes(grid: Grid) -> np.ndarray:
-    """Unit vectors (3, 3) across, up and out of the paper: those of the room for a nearly level grid."""
+    """Unit vectors (3, 3) across, up and out of the paper. For a nearly level grid they are the room's
+    axes."""
     out = np.cross(grid.u, grid.v) / (np.linalg.norm(grid.u) * np.linalg.norm(grid.v))
     if abs(out[2]) > 0.9:
         return np.eye(3)
@@ -109,18 +110,17 @@ def interpolated(reading: GridReading) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _in_line(reading: GridReading) -> bool:
-    """Whether the points that were read lie on one line, which determines no thin plate."""
+    """Whether the points that were read lie on one line, which does not determine a thin plate."""
     places = np.argwhere(reading.read.reshape(reading.grid.counts[::-1]))
     return np.linalg.matrix_rank(places - places[0]) < 2
 
 
 def _write_numbers(figure, axes, reading: GridReading, axes_of: np.ndarray, lines) -> None:
-    """Write the illuminance at each point where there is room, then those of contours where they cover
-    none."""
+    """Write the illuminance at points where there is room, then on contours where that covers no number."""
     lay_out(figure)
     to_paper = axes.transData.transform
     places = to_paper(_flat(reading.grid.points, reading.grid, axes_of))
-    width, height = (figure.dpi / 72 * x for x in (22.0, 9.0))  # of a number in points
+    width, height = (figure.dpi / 72 * x for x in (22.0, 9.0))  # size of a number
     taken: list[np.ndarray] = []
     for index, value in zip(np.flatnonzero(reading.read), reading.total, strict=True):
         at = places[index]
@@ -146,7 +146,7 @@ def _write_numbers(figure, axes, reading: GridReading, axes_of: np.ndarray, line
 
 
 def _free(at: np.ndarray, taken: list[np.ndarray], width: float, height: float) -> bool:
-    """Whether a label of size (width, height) at `at` overlaps none of the labels at `taken`."""
+    """Whether a label of size (width, height) at `at` overlaps none of the labels at the places `taken`."""
     return not any(abs(at[0] - x) < width and abs(at[1] - y) < height for x, y in taken)
 
 
@@ -204,7 +204,7 @@ def _section(triangles: np.ndarray, normal: np.ndarray, at: np.ndarray) -> np.nd
 
 
 def _footprint(mesh: TriangleMesh) -> list[np.ndarray]:
-    """Outlines (k, 2) [m] of a body from above; of one with over 20,000 faces its convex hull."""
+    """Outlines (k, 2) [m] of a body from above; the convex hull for a body with over 20,000 faces."""
     import shapely
 
     if len(mesh.faces) > 20_000:

@@ -1,8 +1,8 @@
-"""The share of a pixel that a luminaire covers at its edge, or at the edge of a surface before it.
+"""The share of a pixel that a luminaire covers, at the luminaire's edge or that of a surface in front of it.
 
-A luminaire is about a hundred times as bright as its surroundings. A share to 1/16, enough for other edges,
-would leave most of a picture's error in the few hundred pixels along luminaires. Many rays are cast for these
-pixels; they need no illuminance and are cheap.
+A luminaire is about a hundred times as bright as its surroundings. With 16 rays, which are enough for other
+edges, most of a picture's error would lie in the few hundred pixels along luminaires. Many rays are cast for
+these pixels; they are cheap because they need no illuminance.
 """
 
 import numpy as np
@@ -14,8 +14,8 @@ from renderer.transport.transport import Transport
 
 
 def lamp_shares(transport: Transport, camera: Pinhole, middles: np.ndarray, corners: np.ndarray):
-    """Pixels (m,) with an edge of a luminaire, the luminaires' surfaces (m,), the shares (m,) that they
-    cover, and unit directions (m, 3) from there to the camera.
+    """Pixels (m,) with an edge of a luminaire, the surfaces (m,) of these luminaires, the shares (m,) of the
+    pixels that they cover, and unit directions (m, 3) from the luminaires to the camera.
 
     Pixels are counted row by row.
 
@@ -30,7 +30,7 @@ def lamp_shares(transport: Transport, camera: Pinhole, middles: np.ndarray, corn
             continue
         shown = at == surface
         partly = np.flatnonzero(shown.any(axis=0) & ~shown.all(axis=0))
-        # The outline also crosses pixels for a luminaire smaller than a pixel.
+        # Pixels that the outline crosses include those with a luminaire smaller than a pixel.
         pixel = np.union1d(partly, camera.crossed(edges))
         corner = np.stack([pixel % camera.width, pixel // camera.width], axis=1)
         pixels.append(pixel)
@@ -58,8 +58,8 @@ def _hit(transport: Transport, camera: Pinhole, surface: np.ndarray, low: np.nda
     """Share (k,) of the rays through rectangles of the picture, low to high (k, 2) [pixels], that meet a
     surface (k,).
 
-    The rays form a Fibonacci lattice: even for slanted edges, and each in a column and a row of its own for
-    upright ones (H. Niederreiter and I. H. Sloan, J. Comput. Appl. Math. 51, 1994, 57).
+    The rays form a Fibonacci lattice, which is even with respect to slanted edges and has one ray in each
+    column and row, for upright edges (H. Niederreiter and I. H. Sloan, J. Comput. Appl. Math. 51, 1994, 57).
     """
     rays = 987  # a Fibonacci number
     k = np.arange(rays)

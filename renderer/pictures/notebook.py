@@ -15,7 +15,8 @@ from renderer.solving.solution import Solution
 
 
 def html(solution: Solution) -> str:
-    """Picture and table of a solution as HTML without other files, with the reason where one is missing."""
+    """Picture and table of a solution as HTML without other files. A missing one is replaced by the
+    reason."""
     scene, bands = solution.scene, solution.bands
     head = (f"<b>{escape(scene.title)}</b>, {escape(bands.name)} bands, "
             f"{len(solution.transport.mesh.patches)} patches")
@@ -39,7 +40,7 @@ def _figure(solution: Solution) -> str:
 def picture(solution: Solution) -> np.ndarray:
     """The view of the scene's camera as bytes (height, width, 3), at most 360 pixels wide or high.
 
-    For bands without colour a luminance map. Raises InputError for a camera inside a solid.
+    It is a luminance map for bands without colour. Raises InputError for a camera inside a solid.
     """
     scene, bands = solution.scene, solution.bands
     width, height = scene.camera.resolution

@@ -1,5 +1,4 @@
-"""A pinhole camera: places in the picture from points in the room, and directions from places in the
-picture."""
+"""A pinhole camera: projection of points into the picture, and directions through points of the picture."""
 
 from dataclasses import dataclass
 
@@ -54,7 +53,7 @@ class Pinhole:
         return np.stack([x, y], axis=2)
 
     def crossed(self, edges: np.ndarray) -> np.ndarray:
-        """Pixels (k,), counted row by row, that edges (m, 2, 2) [pixels] pass through."""
+        """Pixels (k,), counted row by row, through which edges (m, 2, 2) [pixels] pass."""
         size = np.array([self.width, self.height])
         found = [np.zeros(0, dtype=int)]
         for a, b in edges:
@@ -64,7 +63,7 @@ class Pinhole:
                     lines = np.arange(max(0, np.ceil(min(start, end))), min(last, max(start, end)) + 1)
                     along.append((lines - start) / (end - start))
             along = np.unique(np.clip(np.concatenate(along), 0, 1))
-            # Between two crossings of grid lines an edge is in one pixel.
+            # Between two crossings of pixel borders an edge lies in one pixel.
             x, y = np.floor(a + ((along[1:] + along[:-1]) / 2)[:, None] * (b - a)).T
             inside = (x >= 0) & (x < self.width) & (y >= 0) & (y < self.height)
             found.append((y[inside] * self.width + x[inside]).astype(int))
@@ -85,7 +84,8 @@ def pinhole(table: CameraTable) -> Pinhole:
 
 
 def _before(near: float, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Ends a (m, 3) of edges from a to b, moved along the edge to the distance `near` before the camera."""
+    """Ends a (m, 3) of edges from a to b, moved along the edge to the distance `near` in front of the
+    camera."""
     behind = a[:, 2] < near
     share = np.where(behind, near - a[:, 2], 0) / np.where(behind, b[:, 2] - a[:, 2], 1)
     return a + share[:, None] * (b - a)

@@ -6,8 +6,8 @@ import numpy as np
 from PIL import Image
 
 COLOUR_MAP, RAINBOW, DIFFERENCE = "viridis", "turbo", "PuOr_r"
-"""matplotlib's maps of luminance (safe for the colour-blind), of luminance on request, of signed
-differences."""
+"""matplotlib's colour maps: for luminance (readable by the colour-blind), for luminance with --rainbow, and
+for signed differences."""
 LEGEND_WIDTH = 96
 
 

@@ -24,7 +24,7 @@ def _save(figure, path: Path) -> Path:
 def bars_within(
     path: Path, groups: list[str], series: dict[str, list[float]], title: str, label: str
 ) -> Path:
-    """Draw shares [%] as bars, one group a palette or reading, one bar a bound."""
+    """Draw shares [%] as bars: a group for each palette or reading, a bar for each bound."""
     figure, axes = _figure()
     width = 0.8 / len(series)
     for k, (name, values) in enumerate(series.items()):
@@ -117,7 +117,7 @@ def reds(path: Path, spectral: np.ndarray, rgb: np.ndarray, bound: np.ndarray) -
             100 * (values.ravel() - 1), edges, density=True, label=name, alpha=0.8, linewidth=0.3, **style
         )
     axes.hist(100 * (bound - 1), edges, density=True, histtype="step", color="k", linestyle="--",
-              label="the most that any 20 % paint could do")
+              label="largest for any 20 % paint")
     axes.axvline(66.7, color="k", label="the deck's two thirds", linewidth=1.2)
     axes.set(xlabel="red room over grey room of the same reflectance, floor [% brighter]", ylabel="density",
              title="Is the red room two thirds brighter?", xlim=(0, 70))

@@ -25,7 +25,7 @@ def _pyvista():
 def patches(solution: Solution):
     """The patches as VTK's polygons, with luminance [cd/m²] and illuminance [lx] on each.
 
-    By VTK alone: pyvista, which draws them, takes half a second to import.
+    This function uses VTK alone, because pyvista takes half a second to import.
     """
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
@@ -63,7 +63,7 @@ def save_vtp(data, path: Path) -> Path:
     """Write `patches` for ParaView and similar programs."""
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-    # Written in memory first: VTK refuses names that are not UTF-8, and does not report a full disk.
+    # Written to memory first, because VTK refuses names that are not UTF-8 and does not report a full disk.
     writer = vtkXMLPolyDataWriter()
     writer.SetInputData(data)
     writer.SetDataModeToAppended()

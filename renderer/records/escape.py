@@ -1,4 +1,4 @@
-"""Light that leaves a room through holes of its mesh, and its effect on readings."""
+"""Light that leaves a room through holes in its mesh, and its effect on readings."""
 
 import numpy as np
 
@@ -7,23 +7,24 @@ from renderer.solving.solution import Solution
 
 
 def escapes(solution: Solution, figures: list) -> list[str]:
-    """Sentences about the light that leaves through each hole, and by how much it lowers readings.
+    """Sentences about the light that leaves through each hole, and the amount by which it lowers readings.
 
-    figures : the readings; holes that lower none of them in lx by as much as its bar are left out
+    figures : the readings; holes that lower no reading in lx by more than its error bar are left out
     """
     scene, found = solution.scene, []
     lumens = sum(lum.lumens for lum in scene.luminaires)
     readings = [f for f in figures if f.unit == "lx"]
     for hole in escaped(solution):
         lower = loss(solution, hole["escaping_lm"])
-        # Single precision loses 1e-6 of the light. Beside a hole readings fall by up to thrice the mean.
+        # Single precision loses 1e-6 of the light. Beside a hole, readings fall by up to three times the
+        # mean.
         if hole["escaping_lm"] < 1e-6 * lumens or (
                 readings and all(3.0 * lower < f.uncertainty for f in readings)):
             continue
         effect = f"with a surface of the mean reflectance there, readings would be some {lower:.2g} lx higher"
         if any(body.of_room for body in scene.bodies):
             found.append(f"{hole['escaping_lm']:.4g} lm leave between the faces of the room's mesh; "
-                         f"{effect}. Close what is no window.")
+                         f"{effect}. Close gaps that are not windows.")
             continue
         at = ", ".join(f"{x:.4g}" for x in hole["middle"])
         found.append(f"the room is open: {hole['escaping_lm']:.4g} lm escape through {hole['name']!r}, "
@@ -32,7 +33,7 @@ def escapes(solution: Solution, figures: list) -> list[str]:
 
 
 def through_gaps(solution: Solution) -> float | None:
-    """What gaps between the faces of the room's mesh would let through [lm], had they not been closed; None
+    """Flux [lm] that gaps between the faces of the room's mesh would let through if they were open; None
     where there are none."""
     scene, mesh = solution.scene, solution.transport.mesh
     strips = [len(scene.room.surfaces) + k for k, body in enumerate(scene.bodies) if body.over_gaps]
@@ -46,7 +47,8 @@ def through_gaps(solution: Solution) -> float | None:
 def loss(solution: Solution, lumens: float) -> float:
     """Mean decrease [lx] of all readings by the lumens that leave.
 
-    On a surface of the mean reflectance they would be reflected and spread as in an integrating sphere.
+    It is the illuminance in an integrating sphere to which these lumens return from a surface of the mean
+    reflectance.
     """
     mesh, areas = solution.transport.mesh, solution.transport.exchange.areas
     luminous = solution.bands.luminous

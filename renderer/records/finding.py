@@ -7,7 +7,7 @@ from renderer.solving.solution import Solution
 
 
 def room_finding(title: str, readings: list[Reading], grids: list[GridReading] = ()) -> Finding:
-    """The error of RGB in a room, from readings in 31 bands that also know their value in RGB."""
+    """The error of RGB in a room, from readings in 31 bands that also hold the illuminance in RGB."""
     found = [each for each in map(of_grid, grids) if each]
     return Finding(title, [one for reading in readings for one in of_reading(reading)]
                    + [mean for mean, _ in found], [worst for _, worst in found])
@@ -17,7 +17,8 @@ def solution_finding(rgb: Solution, spectral: Solution, readings: list[Reading],
                      grids: list[GridReading] = ()) -> Finding:
     """The error of RGB in a room solved in RGB and in 31 bands on one transport.
 
-    Without readings it is that of the mean over the room's surfaces, with the accuracy asked as error bar.
+    Without readings it is the error of the mean over the room's surfaces, with the requested accuracy as
+    error bar.
     """
     found = room_finding(spectral.scene.title, readings, grids)
     if found.readings:

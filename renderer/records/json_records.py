@@ -1,4 +1,4 @@
-"""Readings as the objects that `--json` prints and files hold."""
+"""Readings as JSON objects, for `--json` and for files."""
 
 from dataclasses import dataclass
 
@@ -35,14 +35,14 @@ def lamps_record(scene: Scene) -> dict | None:
 
 
 def _light_record(power: np.ndarray) -> dict:
-    """Colour and melanopic daylight efficacy ratio of light (471,) at 1 nm; the light may not be dark."""
+    """Colour and melanopic daylight efficacy ratio of light (471,) at 1 nm; the light must not be dark."""
     return {**colour_of(power), "melanopic_der": float(daylight_ratio(power)[-1])}
 
 
 def reading_record(reading: Reading, lamps: dict | None) -> dict:
-    """One photometer. A value that the bands cannot know is None, and `unknown` gives the reason.
+    """One photometer. A value that the bands cannot give is None, and `unknown` states the reason.
 
-    lamps : from `lamps_record`; the record gives the change of the light from it
+    lamps : from `lamps_record`; the record states how the light differs from it
     """
     bands = reading.bands
     light = dict.fromkeys((*COLOUR, "melanopic_der"))
@@ -81,9 +81,9 @@ def _why_unknown(reading: Reading, key: str) -> str:
     bands = reading.bands
     if reading.power is None and (bands.filters is None or key not in ("xy", "cct_K", "duv")):
         if bands.nodes is not None:
-            return "placed nodes know illuminance alone; use --bands 31"
+            return "placed nodes give illuminance alone; use --bands 31"
         if bands.edges is not None:
-            return "bands wider than 10 nm tell no colour to the accuracy of 31; use --bands 31"
+            return "bands wider than 10 nm do not give colour as accurately as 31; use --bands 31"
         return "three bands are weighted integrals, not a spectrum; use --bands 31"
     if reading.total_lx > 0:
         return f"the light is too far from white: Duv over {MAX_DUV}, under 1,000 K, or hues missing"
@@ -144,7 +144,7 @@ def solution_record(solution: Solution, readings: list[Reading], accuracy: float
 
 
 def take_comparison(record: dict, spectral: dict) -> None:
-    """Copy into a record in RGB the error of RGB from the record of the same meters in 31 bands."""
+    """Copy the error of RGB into a record in RGB, from the record of the same meters in 31 bands."""
     for kind in ("readings", "grids"):
         for own, other in zip(record[kind], spectral[kind], strict=True):
             own["rgb_error_percent"] = other["rgb_error_percent"]
@@ -154,7 +154,7 @@ def take_comparison(record: dict, spectral: dict) -> None:
 
 
 def _finding_record(solution: Solution, readings: list[Reading], grids: list[GridReading]) -> dict:
-    """`finding`, a list of one sentence, where the readings know RGB and 31 bands."""
+    """`finding`, a list of one sentence, where the readings are in 31 bands with RGB beside them."""
     found = room_finding(solution.scene.title, readings, grids)
     return {"finding": [found.sentence]} if found.readings else {}
 
@@ -176,7 +176,8 @@ def surface_records(solution: Solution, figures: list[Figure]) -> list[dict]:
 
 
 def glare_record(glare: Glare) -> dict:
-    """One observer's rating. `reason` says why there is none, `notes` where CIE 117 does not cover the case.
+    """One observer's rating. `reason` states why there is none, `notes` lists cases that CIE 117 does not
+    cover.
     """
     return {"name": glare.name, "position": [float(x) for x in glare.position],
             "direction": [float(x) for x in glare.direction], "ugr": glare.rating,

@@ -1,4 +1,4 @@
-"""Readings held against the requirements of a scene, with their error bars."""
+"""Comparison of readings and their error bars with the requirements of a scene."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -25,12 +25,12 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Check:
-    """One requirement, the value read, and the verdict.
+    """One requirement, the reading, and the verdict.
 
     of : name of the grid, photometer or observer
     key : a key of REQUIREMENT_NAMES; asked : the limit
-    value, bar : reading and its 95 % half-width; None where there is none, such as colour rendering in the
-        dark
+    value, bar : reading and its 95 % half-width; None where there is no value, such as colour rendering in
+    the dark
     """
 
     of: str
@@ -41,8 +41,8 @@ class Check:
 
     @property
     def verdict(self) -> Verdict:
-        """Met or not met where the margin is more than the error bar; undecided elsewhere. UGR is an upper
-        limit, all other quantities are lower limits."""
+        """Met or not met where the reading differs from the limit by more than the error bar; else undecided.
+        The limit of UGR is an upper one, all others are lower ones."""
         if self.value is None:
             return Verdict.NOT_MET
         spare = (self.asked - self.value) if self.key == "ugr" else (self.value - self.asked)

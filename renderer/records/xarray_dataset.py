@@ -8,7 +8,7 @@ from renderer.solving.solution import Solution
 def dataset(solution: Solution):
     """Light on every exposed patch, as an xarray.Dataset with units as attributes.
 
-    Dimensions: patch; and wavelength, the middle of each band [nm], or band where bands are no intervals of
+    Dimensions: patch, and wavelength (the middle of each band [nm]), or band where bands are not intervals of
     wavelength. By band: irradiance, direct_irradiance and radiosity [W m⁻² nm⁻¹, or lm m⁻² where the bands
     are weighted integrals], reflectance [1]. By patch: illuminance [lx], luminance [cd m⁻²], area [m²].
     Coordinates of a patch: surface, and x, y, z of its middle [m]. Raises ImportError where xarray is not
@@ -49,8 +49,8 @@ def dataset(solution: Solution):
 
 
 def _bands(solution: Solution) -> dict:
-    """Coordinates of bands that are no intervals of wavelength: names of channels, or placed nodes with their
-    nm."""
+    """Coordinates of bands that are not intervals of wavelength: names of channels, or placed nodes with
+    their wavelengths [nm]."""
     bands = solution.bands
     if bands.nodes is not None:
         numbers = np.arange(1, len(bands.nodes) + 1)

@@ -27,18 +27,18 @@ from renderer.transport.rays.sampling import REPLICAS
 PARALLEL_SHARE = 0.7
 """Share of the work that runs on every core."""
 START_SECONDS = 1.1
-"""Time that the command takes to start, and to print its results [s]."""
+"""Time in which the command starts and prints its results [s]."""
 
 
 @dataclass(frozen=True)
 class Stage:
-    """Approximate figures of one solve.
+    """Estimates for one solve.
 
-    patches, other_patches : of the mesh, and of the second one for its error
+    patches, other_patches : number in the mesh, and in the second mesh for its error
     rays, method : on the first mesh, as in a run's record
     seconds : for form factors, direct light and meters; memory : of the operators [bytes]
-    expected : relative error bar, the widest of photometers and of grids' means and minima; None where none
-        is lit
+    expected : widest relative error bar of photometers and of grids' means and minima; None where all are
+    dark
     """
 
     patches: int
@@ -52,16 +52,16 @@ class Stage:
 
 @dataclass(frozen=True)
 class Forecast:
-    """Figures of reading a scene's photometers and grids, without doing it.
+    """Estimates for reading a scene's photometers and grids.
 
     patches, other_patches, rays, method, expected : of the first solve, as in `Stage`
-    bands : asked for; bands_solved : distinct systems of equations
-    seconds : on this machine as busy as it is now, with finer solves
-    memory : the most at any time, likewise [bytes]
-    accuracy : asked of readings; promise : the smallest that can be promised here [1]
-    finer : solves that will follow because bars are wider than asked
-    unsure : whether one solve more or less may follow: bars are forecast within a factor of two
-    modelled, left_out : sentences
+    bands : requested number; bands_solved : number of distinct systems of equations
+    seconds : on this machine at its present load, finer solves included
+    memory : the largest at any time, finer solves included [bytes]
+    accuracy : requested accuracy of readings; promise : smallest accuracy that can be promised here [1]
+    finer : further solves, expected because bars are wider than requested
+    unsure : whether there may be one solve more or fewer, since bars are forecast within a factor of two
+    modelled, left_out : sentences about what the run includes and omits
     """
 
     patches: int
@@ -107,7 +107,7 @@ def forecast(scene: Scene, bands: str, accuracy: float) -> Forecast:
     for stage in stages:
         memory, kept = (
             max(memory, kept + stage.memory),
-            min(kept + stage.memory, 16.0 * MAX_KEPT_FACTORS),  # bytes of a kept factor
+            min(kept + stage.memory, 16.0 * MAX_KEPT_FACTORS),  # 16 bytes for each factor in the store
         )
     return Forecast(start.patches, start.other_patches, len(band_set.xyz), len(first), start.rays,
                     start.method, _around(scene) + sum(stage.seconds for stage in stages),
@@ -126,7 +126,7 @@ def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
     paths = len(scene.photometers) * paths_needed(plan.accuracy) + points * paths_needed(2 * plan.accuracy)
     method = plan.method(n, None)
     rays, draws = method.rays_of_factors(n), n * draws_of_patch(n) * method.replicas(n)
-    # Seconds of one quiet core for a ray, a draw of a luminaire, a patch and a path.
+    # Seconds of one idle core for a ray, a draw of a luminaire, a patch and a path.
     work = 0.4e-6 * rays + 0.6e-6 * draws + 0.7e-3 * n + 2e-6 * paths
     parallel = PARALLEL_SHARE / (cpu_count() or 1) + 1 - PARALLEL_SHARE
     seconds = meshing + busy * (_around(scene) + work * parallel)
@@ -142,20 +142,21 @@ def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
 
 
 def _around(scene: Scene) -> float:
-    """Time that the command takes besides solving and reading [s]."""
-    of_plan, of_import = 0.45, 0.6  # [s] to draw the plan of a grid, and to import what draws it
+    """Time of the command besides solving and reading [s]."""
+    of_plan, of_import = 0.45, 0.6  # [s] to draw the plan of a grid, and to import the drawing library
     return START_SECONDS + (of_import + of_plan * len(scene.grids) if scene.grids else 0.0)
 
 
 def _program(scene: Scene) -> float:
-    """Memory of the command besides solving and reading [bytes]: the program, and what draws grids."""
+    """Memory of the command besides solving and reading [bytes]: the program, and the library that draws
+    grids."""
     return 110e6 + (70e6 if scene.grids else 0.0)
 
 
 def _stage(size: Size, plan: Plan, pilot: Pilot, figures: list[Figure], one: tuple[float, float]) -> Stage:
-    """Figures of a solve on meshes of that size.
+    """Estimates for a solve on meshes of that size.
 
-    figures : as they are expected; one : seconds of one factor, and of one ray, alone
+    figures : expected readings; one : [s] for one factor, and for one ray, alone
     """
     both = [(round(n), round(v)) for n, v in ((size.patches, size.vertices),
                                               (size.other_patches, size.other_vertices))]
@@ -177,7 +178,7 @@ def _stage(size: Size, plan: Plan, pilot: Pilot, figures: list[Figure], one: tup
 
 
 def _seconds_of_a_ray(mesh: Mesh, rays: int = 1 << 15) -> float:
-    """One core's time for a ray between random places of this room [s]."""
+    """Core time for a ray between random places of this room [s]."""
     ray_scene = RayScene(mesh)
     random = np.random.default_rng(0)
     patch = random.integers(len(mesh.patches), size=(2, rays))
@@ -189,9 +190,9 @@ def _seconds_of_a_ray(mesh: Mesh, rays: int = 1 << 15) -> float:
 
 
 def _seconds_of_a_factor(mesh: Mesh, most: int = 512) -> float:
-    """One core's time for the form factor from a point to a patch [s]."""
+    """Core time for the form factor from a point to a patch [s]."""
     points = slice(0, most)
-    for _ in range(2):  # the first also maps memory
+    for _ in range(2):  # the first call also allocates memory
         started = time.perf_counter()
         point_factors(mesh.centroid[points], mesh.normal[points], mesh)
         seconds = time.perf_counter() - started
@@ -205,7 +206,7 @@ def _bytes_of_fields(patches: int) -> float:
 
 
 def _sentences(scene: Scene, plan: Plan, bands: int, solved: int) -> tuple[list[str], list[str]]:
-    """Sentences on what is modelled, and on what is left out and why."""
+    """Sentences on what the run includes, and on what it leaves out and why."""
     modelled, left_out = [f"{reason}" for reason in plan.reasons], []
     if not plan.rays:
         left_out.append("visibility: the room is convex and nothing stands in it")

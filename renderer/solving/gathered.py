@@ -1,4 +1,4 @@
-"""Readings of many meters of one solved room at once, by as many paths as the accuracy asked needs."""
+"""Readings of many meters in one solved room at once, with enough paths for the requested accuracy."""
 
 import time
 from collections.abc import Sequence
@@ -17,22 +17,26 @@ from renderer.transport.radiosity.solve import BAR_TOLERANCE, radiosity
 from renderer.transport.transport import Transport
 
 FIRST_PATHS_SHARE = 0.5
-"""Share of the paths expected to be needed that is followed first; meters whose bars are then too wide get
+"""Share of the expected number of paths that is followed first. Meters whose bars are then too wide get
 more."""
 MIN_PATHS, MAX_PATHS = 32, 1 << 15
-"""Fewest and most paths of a meter in each replica."""
+"""Smallest and largest number of paths of a meter in each replica."""
 FEW_PATHS = 1000
-"""Paths of a meter in each replica that take less time than a round."""
+"""Number of paths of a meter in each replica below which paths take less time than the overhead of a
+round."""
 SAMPLING_SHARE = 0.8
-"""Share of the error asked that sampling may have."""
+"""Largest sampling error over the requested error."""
 
 
 @dataclass(frozen=True)
 class GatherFields:
-    """Light at the ends of paths (n_patches, n_bands), in the bands read and in others for its errors.
+    """Radiosity at the ends of paths, (n_patches, n_bands) each, in the bands read and, for their errors, in
+    others.
 
-    rgb : in RGB; replicas : likewise by each replica of the rays; by all rays where there are none
-    coarser : on groups of patches, in RGB; these, narrow : on groups in the bands read, and in narrow ones
+    rgb : in RGB; replicas : in RGB, with each replica of the rays, or with all rays where there are no
+    replicas
+    coarser : in RGB, on groups of patches
+    these, narrow : on groups of patches, in the bands read and in bands of 2 nm
     """
 
     transport: Transport
@@ -45,12 +49,12 @@ class GatherFields:
 
 
 def gather_fields(light: RadiosityField) -> GatherFields:
-    """Solve a room in RGB, by replicas of its rays, and on groups of its patches."""
+    """Solve a room in RGB, with replicas of its rays, and on groups of its patches."""
     transport, scene = light.transport, light.scene
     rgb = light if light.bands.name == "rgb" else solve_field(
         scene, band_set("rgb"), transport, BAR_TOLERANCE)
     replicas = [each.radiosity for each in rgb.by_replica()]
-    # Several replicas of the paths share one of the solve, so its departures count by that much more.
+    # Several replicas of the paths share one replica of the solve, so its departures are scaled up.
     stretch = np.sqrt(PATH_REPLICAS / max(1, len(replicas)))
     replicas = [rgb.radiosity + stretch * (each - rgb.radiosity) for each in replicas] or [rgb.radiosity]
     groups = agglomerated(transport.mesh, transport.exchange)
@@ -72,14 +76,14 @@ def _on_groups(light: RadiosityField, groups: Groups, bands: BandSet) -> np.ndar
 class BatchReading:
     """Readings of several meters.
 
-    straight : (n_meters, n_luminaires) illuminance per lumen straight from each [m⁻²]
+    straight : (n_meters, n_luminaires) direct illuminance per lumen of each luminaire [m⁻²]
     direct, indirect : (n_meters, n_bands); by_surface_lx : indirect, by surface (n_meters, n_surfaces) [lx]
-    meshes : (2, n_meters, 1 + n_surfaces) [lx] on the mesh and on groups of its patches; steps : edge of a
-        group over that of a patch
+    meshes : (2, n_meters, 1 + n_surfaces) [lx] on the mesh and on groups of its patches
+    steps : edge of a group over the edge of a patch
     replicas : (PATH_REPLICAS, n_meters, 1 + n_surfaces) [lx]
-    these, narrow : (n_meters,) [lx] in the bands read and in narrow ones
-    rare : (n_meters,) [lx] as by `rare_half_width`
-    alike : (PATH_REPLICAS, n_meters) [lx] replicas with the same light at the ends of their paths
+    these, narrow : (n_meters,) [lx] in the bands read and in bands of 2 nm
+    rare : (n_meters,) [lx], from `rare_half_width`
+    alike : (PATH_REPLICAS, n_meters) [lx] replicas of paths that all end on one and the same solved light
     """
 
     straight: np.ndarray
@@ -101,8 +105,8 @@ class BatchReading:
                          for k in range(len(self.direct))]).reshape(-1, 2)
 
     def path_errors(self) -> np.ndarray:
-        """95 % half-widths that more paths narrow (n_meters,) [lx]: without the errors of the mesh and its
-        rays."""
+        """The part of the 95 % half-widths that more paths make smaller (n_meters,) [lx]: without the errors
+        of the mesh and its rays."""
         return np.hypot([half_width(each) for each in self.alike.T], self.rare)
 
     def band_errors(self) -> list[float]:
@@ -113,13 +117,12 @@ class BatchReading:
 def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[MeterPlace], accuracy: float,
                quadrature: float, areas: bool = False, watch: Watch | None = None,
                max_rounds: int = 8) -> BatchReading:
-    """Read meters by paths, each to the accuracy asked [1] as far as paths can.
+    """Read meters by paths, each to the requested accuracy [1] as far as more paths can reach it.
 
-    areas : whether they are the points of a grid: each point may then err by twice as much, but the minimum
-        may not
-    watch : called with what is left; decides whether an interruption keeps what is known. Once it has been
-        stopped, each meter has the fewest paths
-    max_rounds : after which bars that are still too wide stay so
+    areas : whether the meters are points of a grid; each point but the minimum may then err by twice as much
+    watch : is told the remaining work, and decides whether an interruption keeps the readings so far. Once it
+      has stopped, each meter has the smallest number of paths
+    max_rounds : number of rounds after which bars that are still too wide are accepted
     """
     watch, found = watch or Watch(), None
     asked = np.full(len(spots), accuracy * (2 if areas else 1))
@@ -142,7 +145,7 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
                 asked[values - bars <= (values + bars).min()] = accuracy
             limit, lit = asked * values, values > 0
             more, deeper = _next(tally.paths, steps, bars, found.path_errors(), limit)
-            # A meter that no light has reached has 8 times the paths in each round, up to 1024 of a replica.
+            # A meter that no light has reached gets 8 times the paths in each round, up to 1024 in a replica.
             dark = np.where((sampling > 0) & (tally.paths < 1024), 8 * tally.paths, 0.0)
             more, deeper = np.where(lit, more, dark), deeper & lit
             some = np.flatnonzero((bars > limit) & (more > 0))
@@ -162,44 +165,47 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
 
 def _next(paths: np.ndarray, steps: np.ndarray, bars: np.ndarray, narrowed: np.ndarray, limit: np.ndarray
           ) -> tuple[np.ndarray, np.ndarray]:
-    """Number of paths of a replica to follow next (n_meters,), 0 where none help, and whether these replace
-    the earlier ones with paths of one step more: whichever reaches the limit with fewer rays.
+    """Number of paths of a replica to follow next (n_meters,), 0 where more do not help, and whether they
+    replace earlier paths with paths of one step more. The choice reaches the limit with fewer rays.
 
-    paths, steps : so far; bars : 95 % half-widths [lx]; narrowed : their part that more paths narrow [lx]
-    limit : on the bars [lx]
+    paths, steps : (n_meters,) so far; bars : (n_meters,) 95 % half-widths [lx]
+    narrowed : (n_meters,) the part of `bars` that more paths make smaller [lx]; limit : largest allowed bars
+    [lx]
     """
     lasting2 = np.maximum(bars**2 - narrowed**2, 0.0)
-    narrowest = 0.3  # smallest share of the limit that sampling is narrowed to, to leave room for the rest
-    left_by_step = 0.5  # approximate share of the rest that one step more leaves: what surfaces reflect
+    narrowest = 0.3  # smallest sampling error over the limit; the rest is for other errors
+    left_by_step = 0.5  # approximate share of other errors after one more step
 
     def total(left2: np.ndarray, least: float) -> np.ndarray:
-        # A fifth more than the bars say, since these are uncertain themselves.
+        # A fifth more paths than the bars demand, because the bars are uncertain themselves.
         room2 = np.maximum(limit**2 - left2, (least * limit) ** 2)
         return 1.2 * paths * narrowed**2 / np.maximum(room2, 1e-200)
 
     as_deep = total(lasting2, narrowest)
     deep = np.maximum(total(left_by_step**2 * lasting2, SAMPLING_SHARE), MIN_PATHS)
-    # Of many only half, since deeper paths may vary less; a further round follows where that is too few.
+    # Of many paths only half, because deeper paths may vary less; a further round follows where these are too
+    # few.
     deep = np.where(deep < FEW_PATHS, deep, deep / 2)
     more = np.maximum(as_deep - paths, MIN_PATHS)
     enough = (lasting2 < (1 - narrowest**2) * limit**2) & (as_deep <= 2 * MAX_PATHS)
     dear = more * (1 + steps) > deep * (2 + steps)
-    # Each step reduces the mesh's error by what surfaces absorb, and costs a fraction of a finer mesh.
+    # Each step multiplies the mesh's error by the surfaces' reflectance, and costs a fraction of a finer
+    # mesh.
     deeper = (steps < 6) & (~enough | dear)
     none = ~enough & ~deeper & ((paths >= MAX_PATHS) | (narrowed**2 < lasting2))
     return np.where(none, 0.0, np.where(deeper, deep, more)), deeper
 
 
 def paths_needed(asked: float | np.ndarray) -> float | np.ndarray:
-    """Approximate number of paths that a meter needs for the accuracy asked [1]."""
-    deviation = 0.35  # about, of one path's light over the reading
+    """Approximate number of paths that a meter needs for a requested accuracy [1]."""
+    deviation = 0.35  # approximate standard deviation of one path's light over the reading
     needed = (student(PATH_REPLICAS) * deviation / (SAMPLING_SHARE * asked)) ** 2
     return np.maximum(needed, MIN_PATHS * PATH_REPLICAS)
 
 
 def _power_of_two(count: np.ndarray) -> np.ndarray:
     count = np.clip(count, MIN_PATHS, MAX_PATHS)
-    # Of few paths rather too many than a further round, of many rather too few.
+    # Few paths are rounded up, to save a further round; many are rounded down.
     return 2 ** np.ceil(np.log2(count) - np.where(count < FEW_PATHS, 0.2, 0.5)).astype(int)
 
 
@@ -208,14 +214,14 @@ def _gathered(transport: Transport, spots: list[MeterPlace], paths: int, round_:
     if key not in transport.meters:
         made = gather(transport, spots, paths, round_, steps)
         kept = sum(each.beyond.nnz for each in transport.meters.values() if isinstance(each, Gather))
-        if kept + made.beyond.nnz > 1 << 22:  # some 50 MB
+        if kept + made.beyond.nnz > 1 << 22:  # about 50 MB
             return made
         transport.meters[key] = made
     return transport.meters[key]
 
 
 class _Tally:
-    """Sums of some meters' readings over rounds, weighted by paths.
+    """Sums of several meters' readings over rounds, weighted by their numbers of paths.
 
     meter_first : whether each sum's first axis is the meters', else its second
     """
@@ -234,17 +240,17 @@ class _Tally:
 
     def follow(self, spots: Sequence[MeterPlace], some: np.ndarray, steps: np.ndarray, paths: np.ndarray,
                round_: int) -> None:
-        """Add what some meters see by paths. steps, paths : (n_meters,) steps of each path, and paths of each
-        meter"""
+        """Follow paths of some meters and add their light. steps, paths : (n_meters,) steps of each path, and
+        number of paths of each meter"""
         for of, count in np.unique(np.column_stack([steps, paths])[some], axis=0):
             members = some[(steps[some] == of) & (paths[some] == count)]
-            # At most 2 million paths at a time, some 100 MB.
+            # At most 2 million paths at a time, about 100 MB.
             for few in np.array_split(members, -(-len(members) * PATH_REPLICAS * count // (1 << 21))):
                 seen = _gathered(self.fields.transport, [spots[k] for k in few], int(count), round_, int(of))
                 self.add(few, seen, int(count))
 
     def add(self, some: np.ndarray, seen: Gather, paths: int) -> None:
-        """Add what some meters (k,) see by that many paths in each replica."""
+        """Add the light that some meters (k,) receive by that many paths in each replica."""
         light, fields, rgb = self.light, self.fields, self.fields.rgb
         own = seen.mean.read(light.reflectance, light.flux, [light.radiosity])[0]
         by_surface = own[:, 1:] @ light.bands.luminous
@@ -274,7 +280,8 @@ class _Tally:
         """The readings so far."""
         n = self.paths
         straight, own, by_surface, meshes, replicas, bands, alike = self.sums
-        # Paths end where the bars are narrow, which may be by chance: 15 % wider makes up for it.
+        # Reading ends once bars are narrow, which they may be by chance. Widening them by 15 % corrects for
+        # that.
         spread, alike = (each.mean(axis=0) + 1.15 * (each - each.mean(axis=0))
                          for each in (replicas, alike))
         own, unmet = own / n[:, None, None], (replicas[:, :, 1:] == 0).all(axis=0)

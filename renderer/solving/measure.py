@@ -20,7 +20,8 @@ def read_grid(solution: Solution, grid: Grid) -> GridReading:
 
 
 def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
-    """Read a meter at some points of a grid. read : (n,) whether at each point, one or more"""
+    """Read a meter at some points of a grid. read : (n,) whether to read at each point; at least one is
+    True"""
     where, points = _where(solution, grid), grid.points[read]
     if solution.by_paths(len(points)):
         return _by_paths(solution, grid, read)
@@ -58,8 +59,8 @@ def _where(solution: Solution, grid: Grid) -> str:
 
 
 def mean_luminance(solution: Solution, position, directions: np.ndarray, name: str) -> Figure:
-    """Mean luminance [cd/m²] that an eye at a point (3,) [m] sees along unit directions (replicas, n, 3).
-    Raises InputError where no eye can be."""
+    """Mean luminance [cd/m²] from a point (3,) [m] along unit directions (replicas, n, 3). Raises InputError
+    for a point outside the room or inside an object."""
     where, position = f"{solution.scene.path}: {name!r}", np.asarray(position, dtype=float)
     mesh_sequence = solution.mesh_sequence
     meter = meter_per_transport(lambda transport: luminance_meter(transport, position, directions, where))
@@ -75,8 +76,8 @@ def mean_luminance(solution: Solution, position, directions: np.ndarray, name: s
 
 
 def stray_light(solution: Solution) -> tuple[float, str]:
-    """Lumens of light that patches send where no surface has its front, over all lumens, and the surface that
-    sends most of it. Readings by way of the surfaces err by that share at most."""
+    """Share of the luminaires' lumens that patches send to places without the front of a surface, and the
+    surface that sends most of them. Indirect readings err by that share at most."""
     exchange, surface = solution.transport.exchange, solution.transport.mesh.surface
     lumens = float((solution.flux @ solution.bands.luminous).sum())
     if exchange.lost is None or lumens <= 0:
@@ -91,7 +92,7 @@ def surface_luminances(solution: Solution) -> list[Figure]:
     mesh_sequence, own = solution.mesh_sequence, _mean_luminances(solution)
     meshes, replicas = (np.array([_mean_luminances(each) for each in some]).reshape(-1, len(own))
                      for some in (mesh_sequence.meshes, mesh_sequence.replicas))
-    meshes = np.nan_to_num(meshes)  # a surface that a coarser mesh has covered is unknown there
+    meshes = np.nan_to_num(meshes)  # NaN: the coarser mesh has no exposed patch of the surface
     found = []
     for k, surface in enumerate(solution.scene.surfaces):
         if surface.kind != "luminaire" and np.isfinite(own[k]):
@@ -102,8 +103,8 @@ def surface_luminances(solution: Solution) -> list[Figure]:
 
 
 def _mean_luminances(solution: Solution) -> np.ndarray:
-    """Mean luminance of each surface (n_surfaces,) [cd/m²]: Σ A B / π Σ A over its exposed patches; NaN
-    without any."""
+    """Mean luminance of each surface (n_surfaces,) [cd/m²], Σ A B / π Σ A over its exposed patches; NaN
+    without exposed patches."""
     areas, surface, n = solution.transport.exchange.areas, solution.transport.mesh.surface, len(
         solution.scene.surface_names)
     lumens = np.bincount(surface, areas * (solution.radiosity @ solution.bands.luminous), n)
@@ -112,8 +113,8 @@ def _mean_luminances(solution: Solution) -> np.ndarray:
 
 
 def rate_glare(solution: Solution, position, direction, name: str = "observer") -> Glare:
-    """Rate the glare of an observer whose eye at a point (3,) [m] looks along (3,). Luminaires count as new:
-    the maintenance factor does not enter. Raises InputError."""
+    """Rate the glare of an observer whose eye at a point (3,) [m] looks along (3,). Luminaires are rated as
+    new, without the maintenance factor. Raises InputError."""
     direction = np.asarray(direction, dtype=float)
     seen = solution.photometer(position, direction, name)
     new = 1 / solution.scene.project.maintenance_factor

@@ -1,4 +1,4 @@
-"""One scene solved on several meshes, from whose differences the error bars of readings come."""
+"""One scene solved on several meshes, whose differences give the error bars of readings."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -22,9 +22,10 @@ from renderer.transport.radiosity.solve import BAR_TOLERANCE
 class MeshSequence:
     """One scene in RGB, solved on several meshes.
 
-    meshes : the mesh that is read, and one or two others, each coarser than the one before; or a finer one
-    replicas : by each replica of the rays, none where none is cast; of the second mesh, which has fewer rays,
-        where the first has none
+    meshes : the mesh that is read, then one or two coarser ones, each coarser than the one before, or a finer
+    one
+    replicas : solutions with each replica of the rays, none where no ray is cast; on the second mesh, which
+      has fewer rays, where the rays of the first are not divided
     """
 
     meshes: tuple[RadiosityField, ...]
@@ -32,21 +33,21 @@ class MeshSequence:
 
     @property
     def steps(self) -> tuple[float, ...]:
-        """Patch size of each mesh over that of the one before."""
+        """Patch size of each mesh over that of the mesh before."""
         sizes = [each.transport.mesh.size for each in self.meshes]
         return tuple(longer / shorter for shorter, longer in pairwise(sizes))
 
 
 def make_mesh_sequence(light: RadiosityField, plan: Plan, store: TransportStore) -> MeshSequence:
-    """A scene solved in RGB as error bars need it: on this mesh and on two coarser ones where there are any,
-    else on a finer one.
+    """A scene solved in RGB for error bars: on this mesh and on up to two coarser ones, or on a finer one
+    where no coarser one is possible.
 
-    light : on this mesh, in any bands; plan : its plan; store : of transports
+    light : solution on this mesh, in any bands; plan : its plan; store : of transports
     """
     scene, transport = light.scene, light.transport
 
     def on_this() -> tuple[RadiosityField, list[RadiosityField]]:
-        # A copy where the light is in RGB already: a solution must not refer to itself.
+        # A copy if the light is in RGB already, because a solution must not refer to itself.
         fine = replace(light) if light.bands.name == "rgb" else solve_field(
             scene, band_set("rgb"), transport, BAR_TOLERANCE)
         return fine, fine.by_replica() if transport.replicas > 1 else []
@@ -55,7 +56,7 @@ def make_mesh_sequence(light: RadiosityField, plan: Plan, store: TransportStore)
         other = store.transport(scene, plan, transport.seed + 1)
         return solve_field(scene, band_set("rgb"), other, BAR_TOLERANCE)
 
-    # The same method on all meshes: the errors of two methods differ, and may agree by chance.
+    # One method on all meshes, because errors of different methods may cancel by chance.
     like = replace(plan, pair_rays_allowed=not isinstance(transport.method, HemisphereRays))
     patches = transport.mesh.count
     times = max(2.0, float(np.sqrt(patches / 30_000)))
@@ -64,16 +65,16 @@ def make_mesh_sequence(light: RadiosityField, plan: Plan, store: TransportStore)
     meshes = [fine]
     for each in others:
         if each.transport.mesh.size < MIN_PATCH_SIZE_RATIO * meshes[-1].transport.mesh.size:
-            break  # a mesh of one patch a wall, or of facets, cannot be coarser
+            break  # one patch for each wall, or facets: no coarser mesh exists
         meshes.append(each)
-    if len(meshes) == 1:  # only a finer mesh is possible: as fine as 4000 patches, which cost little
+    if len(meshes) == 1:  # only a finer mesh is possible; 4000 patches cost little
         shorter = next((k for k in (8, 4) if patches * k * k < 4000), 2)
         meshes.append(on_another(like.times(transport.mesh.size / plan.patch_size / shorter)))
     return MeshSequence(tuple(meshes), replicas if transport.replicas > 1 else meshes[1].by_replica())
 
 
 def meter_per_transport(make: Callable) -> Callable[[RadiosityField], Meter]:
-    """The meter that make(transport) returns for each light, made once for each transport."""
+    """Memoise one meter per transport: a function from a light to the meter that make(transport) returns."""
     meters = {}
 
     def of(light: RadiosityField) -> Meter:

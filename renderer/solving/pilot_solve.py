@@ -1,4 +1,4 @@
-"""A coarse solve of a scene, from which error bars and costs of a finer one are forecast."""
+"""A coarse solve of a scene, from which the error bars and costs of a finer solve are forecast."""
 
 import time
 from collections.abc import Callable
@@ -23,8 +23,8 @@ from renderer.transport.mesh.mesh import Mesh
 class Size:
     """Size of a mesh and of a coarser one for its error.
 
-    patches, vertices, other_patches, other_vertices : numbers of them
-    area, other_area : of a patch, in the mean over all places of the room [m²]
+    patches, vertices, other_patches, other_vertices : numbers in the mesh and in the coarser one
+    area, other_area : area of a patch, mean over all places of the room [m²]
     """
 
     patches: float
@@ -36,18 +36,18 @@ class Size:
 
     @property
     def apart(self) -> float:
-        """Difference of the two areas [m²]; the area itself where both meshes are alike."""
+        """Difference of the two areas [m²]; the area itself where the meshes are equal."""
         return abs(self.other_area - self.area) or self.area
 
     def finer(self, shorter: float) -> "Size":
-        """The size with patches about `shorter` times shorter."""
+        """The size with patches shorter by about the factor `shorter`."""
         more = shorter**2
         return Size(self.patches * more, self.vertices * more, self.area / more, self.other_patches * more,
                     self.other_vertices * more, self.other_area / more)
 
 
 def size_of(mesh: Mesh, other: Mesh) -> Size:
-    """The size of two meshes, as `Size`: in its mean area the many small patches near lamps count little."""
+    """The size of two meshes. Many small patches near lamps contribute little to its mean area."""
     return Size(mesh.count, int((~mesh.gathered).sum()), mesh.size**2, other.count,
                 int((~other.gathered).sum()), other.size**2)
 
@@ -56,12 +56,13 @@ def size_of(mesh: Mesh, other: Mesh) -> Size:
 class Pilot:
     """Results of the coarse solve.
 
-    rays : a patch; doubtful : pairs of patches between which something may stand, over patches squared; None
-        where rays between pairs are ruled out
-    floor : share of a reading that its bar has on any mesh
-    figures : photometers, and mean and minimum of grids, as read on it
-    meter_seconds : of all meters of the scene on both meshes; meter_rays : on the first
-    lamp_seconds, lamp_rays : of direct light on one patch
+    rays : from each patch
+    doubtful : number of pairs of patches between which something may stand, over the number of patches
+      squared; None where rays between pairs are ruled out
+    floor : smallest relative error bar of a reading on any mesh
+    figures : readings of photometers, and mean and minimum of grids
+    meter_seconds : [s] for all meters of the scene on both meshes; meter_rays : their rays on the first
+    lamp_seconds, lamp_rays : [s] and rays for direct light on one patch
     """
 
     size: Size
@@ -82,7 +83,7 @@ class Pilot:
         values = np.array([f.value for f in self.figures])
         apart = np.array([f.mesh_error for f in self.figures]) / np.where(values > 0, values, 1.0)
         apart = np.sqrt(np.maximum(0.0, apart**2 - self.floor**2))
-        # Two meshes may agree at one place by chance, so the mean over all places counts as much.
+        # Two meshes may agree at one place by chance, so the mean over all places enters with equal weight.
         apart = np.sqrt(apart * np.sqrt((apart[values > 0] ** 2).mean())) if values.any() else apart
         moves = values * np.hypot(mesh * apart, self.floor)
         return [replace(f, mesh_error=float(move), sampling_error=sampling * f.sampling_error)
@@ -90,8 +91,8 @@ class Pilot:
 
     def growth(self, patches: float) -> float:
         """Cost of a meter on a mesh of that many patches, over its cost here."""
-        # Rays cost like 1500 elements on every mesh. Elements fill about half of the view that they may fill;
-        # a quarter of a fine mesh's patches come on top.
+        # A meter's rays cost as much as 1500 elements on every mesh. Elements fill about half of their
+        # largest share of the view; a quarter of a fine mesh's patches are added.
         here, there = (1500 + 2 / max_view_share(n, self.rays) + n / 4
                        for n in (self.size.patches, patches))
         return there / here
@@ -115,8 +116,8 @@ def run_pilot(scene: Scene, plan: Plan, patches: int, pilot_patches: int = 3000,
               pilot_rays: int = 256) -> Pilot:
     """Solve a scene coarsely in RGB and read some of its meters. Raises InputError or SolveError.
 
-    plan, patches : of the solve to be forecast
-    pilot_patches, pilot_rays : approximate number of patches of the coarse solve, and its rays a patch
+    plan, patches : plan and number of patches of the solve to be forecast
+    pilot_patches, pilot_rays : approximate number of patches of the coarse solve, and rays from each
     """
     coarse = plan.times(max(2.0, float(np.sqrt(patches / pilot_patches))))
     coarse = replace(coarse, rays=plan.rays and pilot_rays)
@@ -127,7 +128,7 @@ def run_pilot(scene: Scene, plan: Plan, patches: int, pilot_patches: int = 3000,
     lamp_rays = (transport.rays - transport.method.rays_of_factors(n)) / n
     other = solution.mesh_sequence.meshes[1].transport
     direct = sum(took for name, took in watch.seconds.items() if name.endswith(" direct"))
-    solution.make_ready()  # computes what all meters share, which is no part of their time
+    solution.make_ready()  # computes what all meters share, before their time is measured
     figures, seconds, cast = _read(solution)
     return Pilot(size_of(transport.mesh, other.mesh), coarse.rays, None if pairs is None else pairs / n**2,
                  solution.quadrature, figures, seconds, cast, direct / (n + other.mesh.count),
@@ -135,10 +136,10 @@ def run_pilot(scene: Scene, plan: Plan, patches: int, pilot_patches: int = 3000,
 
 
 def _read(solution: Solution, most: int = 8) -> tuple[list[Figure], float, float]:
-    """Figures of some photometers and of each grid; and the cost of all meters at the same rates, one on each
-    core: seconds, and rays on the first mesh.
+    """Figures of some photometers and of each grid, and the cost of all meters: core seconds, and rays on the
+    first mesh.
 
-    most : number of photometers, and of points of each grid, that are read
+    most : largest number of photometers, and of points of each grid, that are read
     """
     scene, transport, cores = solution.scene, solution.transport, cpu_count() or 1
 

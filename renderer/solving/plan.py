@@ -1,4 +1,4 @@
-"""The plan of a scene, made before anything is computed: mesh, rays, and what is left out."""
+"""The plan of a solve, made before anything is computed: patch size, rays, and what is left out."""
 
 from dataclasses import dataclass, replace
 
@@ -12,18 +12,21 @@ from renderer.scene.scene import Scene
 from renderer.transport.factors.method import FormFactorMethod, expected_method
 
 PATCHES_AT_1_PERCENT = 1280
-"""Patches of an empty room for an accuracy of 1 %; the error falls as 1/patches (docs/verification.md)."""
+"""Number of patches of an empty room for an accuracy of 1 %; the error falls as 1/patches
+(docs/verification.md)."""
 MAX_PATCHES_DENSE = 12_000
-"""Largest mesh with a dense operator, of 1.2 GB; above it rays are cast even in an empty room."""
+"""Largest number of patches for a dense operator (1.2 GB); above it rays are cast even in an empty room."""
 MIN_RAYS_PER_PATCH = 256
-"""Fewest rays of a patch; an eighth of them in the largest rooms, whose readings add up many patches."""
+"""Smallest number of rays from a patch; an eighth of it in the largest rooms, whose readings add up many
+patches."""
 MIN_PROMISED_ACCURACY = 0.001
-"""Accuracy that memory allows at the hardest place tried, 1 cm from a corner at ρ = 0.9; with rays, under a
-table, twice that (docs/tradeoff.md). Most readings are several times better."""
+"""Accuracy that memory allows at the most difficult place tested, 1 cm from a corner at ρ = 0.9; with rays,
+under a table, twice that (docs/tradeoff.md). Most readings are several times more accurate."""
 MIN_ACCURACY_BY_PATHS = 0.0015
-"""Accuracy from which meters are read by paths; for a finer one by all elements that they see."""
+"""Smallest accuracy for which meters are read by paths; below it they are read by all elements that they
+see."""
 MAX_RAYS = 80_000_000
-"""Most rays of all patches: what they meet and the operator made of it take about 5 GB."""
+"""Largest number of rays of all patches: their results and the operator take about 5 GB."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +34,12 @@ class Plan:
     """How a scene is solved.
 
     patch_size : edge of a patch [m]
-    rays : rays a patch; 0 where nothing can stand between two patches
+    rays : number from each patch; 0 where nothing can stand between two patches
     reasons : sentences on what is modelled and what is left out
-    pair_rays_allowed : whether rays may go between doubtful pairs alone, where that takes fewer
-    accuracy : of readings, for which it was made [1]
-    gathered : whether the mesh serves readings by paths alone, whose solved light counts only after a
-        reflection
+    pair_rays_allowed : whether rays may be cast between doubtful pairs only, where these are fewer
+    accuracy : of readings, for which the plan was made [1]
+    gathered : whether the mesh is only for readings by paths, in which solved light counts only after a
+      further reflection
     """
 
     patch_size: float
@@ -47,7 +50,7 @@ class Plan:
     gathered: bool = False
 
     def by_paths(self, meters: int) -> bool:
-        """Whether that many meters are read by paths. Up to 8 in a room with nothing in the way are read by
+        """Whether that many meters are read by paths. Up to 8 in a room without obstacles are read by
         elements."""
         return self.accuracy >= MIN_ACCURACY_BY_PATHS and (self.rays > 0 or meters > 8)
 
@@ -56,20 +59,20 @@ class Plan:
         return expected_method(patches, self.rays, doubtful_share if self.pair_rays_allowed else None)
 
     def times(self, factor: float) -> "Plan":
-        """The plan with patches `factor` times as long, and rays enough for replicas. The change of a reading
-        on such a mesh gives the mesh error."""
+        """The plan with patches longer by `factor`, and enough rays for replicas. The change of a reading on
+        that mesh gives the mesh error."""
         rays = self.rays and max(self.rays, MIN_RAYS_PER_PATCH)
         return replace(self, patch_size=factor * self.patch_size, rays=rays)
 
     def finer(self, patches: int, mesh: float, sampling: float) -> "Plan | None":
-        """A plan for smaller errors within what memory allows; None if there is none.
+        """A plan with smaller errors, if memory allows one; else None.
 
-        patches : of the mesh; mesh, sampling : errors over what was asked
+        patches : number in the present mesh; mesh, sampling : its errors over the requested accuracy
         """
         limit = 150_000 if self.rays else MAX_PATCHES_DENSE
-        share = 0.7  # of the error asked, for mesh and for sampling: in quadrature they make 1
+        share = 0.7  # of the requested error, for mesh and for sampling: in quadrature they make 1
         shorter = min(2.0, np.sqrt(limit / patches)) if mesh > share else 1.0
-        shorter = shorter if shorter > 1.2 else 1.0  # less is not worth another solve
+        shorter = shorter if shorter > 1.2 else 1.0  # a smaller gain does not justify another solve
         rays, most = self.rays, MAX_RAYS / (patches * shorter**2)
         while sampling > share and 4 * rays <= most:
             rays, sampling = 4 * rays, sampling / 2
@@ -86,23 +89,24 @@ class Plan:
 
 
 def make_reading_plan(scene: Scene, accuracy: float, patch_size: float | None, meters: int) -> Plan:
-    """The cheapest plan to read that many meters to the accuracy asked [1], and nothing else. Raises
+    """The cheapest plan for reading that many meters to the requested accuracy [1], without pictures. Raises
     InputError."""
-    # A mesh whose light counts only after one more reflection may be 15 times less accurate, up to 20 %.
+    # A mesh whose light counts only after a further reflection may be 15 times less accurate, up to 20 %.
     loose = make_plan(scene, max(accuracy, min(15 * accuracy, 0.2)), patch_size)
     loose = replace(loose, accuracy=accuracy)
     if not loose.by_paths(meters) or not any(lum.lumens for lum in scene.luminaires):
         return make_plan(scene, accuracy, patch_size)
     rays = loose.rays and min(loose.rays, 256)
-    by_paths = "meters are read by paths: a coarse mesh, since solved light counts only once it is reflected"
+    by_paths = "meters are read by paths, for which a coarse mesh is enough"
     return replace(loose, rays=rays, pair_rays_allowed=False, gathered=True,
                    reasons=(*loose.reasons, by_paths))
 
 
 def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
-    """The cheapest plan for the accuracy asked [1], or with the patch size asked [m]. Raises InputError."""
+    """The cheapest plan for the requested accuracy [1], or with the requested patch size [m]. Raises
+    InputError."""
     area = sum(body.mesh.area for body in scene.bodies)
-    if not any(body.of_room for body in scene.bodies):  # else the room around is black and far away
+    if not any(body.of_room for body in scene.bodies):  # otherwise a black box is far away
         area += scene.room.area
     wanted = PATCHES_AT_1_PERCENT * 0.01 / accuracy
     h = min(patch_size or float(np.sqrt(area / np.clip(wanted, 96, 10_000))), scene.room.scale)
@@ -122,7 +126,7 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
         reasons.append("nothing can stand between two patches: exact factors, no ray is cast")
         rays = 0
     else:
-        reasons.append(f"in the way: {', '.join(in_the_way)}: visibility by rays" if in_the_way
+        reasons.append(f"obstacles: {', '.join(in_the_way)}: visibility by rays" if in_the_way
                        else "too many patches for a dense operator: rays")
         rays = _rays(count, accuracy)
     reasons += taking_no_part(scene)
@@ -133,25 +137,28 @@ def make_plan(scene: Scene, accuracy: float, patch_size: float | None) -> Plan:
 
 
 def taking_no_part(scene: Scene) -> list[str]:
-    """A sentence on objects of which a part does not count; [] where there is none."""
+    """A sentence on objects with parts that have no effect; [] where there are none."""
     of_bodies = zip(scene.bodies, scene.exposed[len(scene.room.surfaces):], strict=True)
     sunk = [body.name for body, own in of_bodies if own.cut and not body.of_room]
-    return [f"no part of {', '.join(dict.fromkeys(sunk))} counts that is inside another object, outside the "
-            "room or in the place of another surface"] if sunk else []
+    return [f"parts of {', '.join(dict.fromkeys(sunk))} inside another object, outside the room or in the "
+            f"place of "
+            "another surface have no effect"] if sunk else []
 
 
 def _rays(patches: float, accuracy: float) -> int:
-    """Rays a patch, a power of 2: fewer for finer meshes, whose readings add up more patches."""
+    """Number of rays from each patch, a power of 2: fewer for finer meshes, whose readings add up more
+    patches."""
     fewest = 2 ** np.floor(np.log2(np.clip(40e6 / patches, MIN_RAYS_PER_PATCH / 8, MIN_RAYS_PER_PATCH)))
     loose = 0.01 / accuracy
-    # 400 rays at 1 %; with that power, bars by sampling fall as the accuracy (docs/decisions.md, D47).
+    # 400 rays at 1 %. With this power, sampling errors are proportional to the accuracy (docs/decisions.md,
+    # D47).
     wanted = 400 * loose**0.7 * min(1.0, PATCHES_AT_1_PERCENT * loose / patches)
     rays = 2 ** np.ceil(np.log2(np.clip(wanted, fewest, 8192)) - 0.1)
     return int(min(rays, 2 ** np.floor(np.log2(MAX_RAYS / patches))))
 
 
 def _patches(parts: Parts, h: float) -> float:
-    """Approximate number of patches of size h [m] that a surface is divided into."""
+    """Approximate number of patches of size h [m] into which a surface is divided."""
     count = sum(np.ceil(np.linalg.norm(r.u) / h) * np.ceil(np.linalg.norm(r.v) / h) for r in parts.rectangles)
     count += sum(np.ceil(p.shape.area / h**2) for p in parts.polygons)
     return float(count + np.maximum(1, triangle_areas(parts.triangles) / h**2).sum())

@@ -19,9 +19,9 @@ class RadiosityField:
     """Radiosity of every patch in every band.
 
     reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
-    radiosity, received : sent by each patch, and received from the others (n_patches, n_bands) [W m⁻² per
-        band; weighted integrals in RGB]
-    replica : of the rays, with which this is solved; None for all of them
+    radiosity, received : (n_patches, n_bands) radiosity of each patch, and irradiance by the others [W m⁻²
+      per band; weighted integrals in RGB]
+    replica : index of the replica of the rays used in the solve; None for all rays
     bands_solved : number of distinct systems of equations
     seconds : of the solve
     """
@@ -39,7 +39,7 @@ class RadiosityField:
 
     @property
     def direct_irradiance(self) -> np.ndarray:
-        """Irradiance of each patch straight from the luminaires (n_patches, n_bands)."""
+        """Direct irradiance of each patch (n_patches, n_bands)."""
         return self.transport.direct @ self.flux
 
     @property
@@ -59,8 +59,8 @@ class RadiosityField:
 
     @cached_property
     def vertices_read(self) -> np.ndarray:
-        """Indirect light that each vertex reflects, as readings take it about the patches' means (n_vertices,
-        n_bands)."""
+        """Indirect light that each vertex reflects, for readings, which use its variation about the patches'
+        means (n_vertices, n_bands)."""
         received = self.transport.at_vertices(self.radiosity, self.received, self.replica, shown=False)
         return self.reflectance[self.transport.mesh.vertex_surface] * received
 
@@ -84,8 +84,7 @@ class RadiosityField:
         return int((self.transport.exchange.areas * np.abs(left).sum(axis=1)).argmax())
 
     def read(self, meter: Meter) -> tuple[np.ndarray, np.ndarray]:
-        """Direct irradiance (n_bands,), and irradiance by way of each surface (n_surfaces, n_bands), at least
-        0."""
+        """Direct irradiance (n_bands,), and irradiance by each surface (n_surfaces, n_bands), at least 0."""
         own = slice(None) if self.replica is None else slice(self.replica, self.replica + 1)
         direct = meter.direct[own].mean(axis=0) @ self.flux
         sensors = meter.sensors[own]
@@ -95,7 +94,8 @@ class RadiosityField:
         return direct, self._no_less_than_nothing(indirect)
 
     def read_lx(self, meter: Meter, replica: int | None = None) -> np.ndarray:
-        """Illuminance by the luminaires and each surface [lx] (1 + n_surfaces,), from one replica or all."""
+        """Illuminance by the luminaires and by each surface (1 + n_surfaces,) [lx], with one replica or all
+        rays."""
         flux, once, patches = self._luminous
         replica = self.replica if replica is None else replica
         own = slice(None) if replica is None else slice(replica, replica + 1)
@@ -107,15 +107,15 @@ class RadiosityField:
         return np.concatenate([[meter.direct[own].mean(axis=0) @ flux], indirect])
 
     def _no_less_than_nothing(self, indirect: np.ndarray) -> np.ndarray:
-        """Light that surfaces send (n_surfaces, …), at least 0. Between vertices light varies about the
-        patches' means, and on patches far larger than a room is high that may come out below 0. Replicas keep
-        negative values, since their spread is what counts."""
+        """Indirect light by surface (n_surfaces, …) without negative values, which interpolation about the
+        patches' means may give on patches much larger than the room's height. Replicas keep negative values,
+        so that their spread is not reduced."""
         return indirect if self.replica is not None else np.maximum(indirect, 0.0)
 
     @cached_property
     def _luminous(self) -> tuple[np.ndarray, ...]:
-        """Light that sensors add up, in lumens: flux of each luminaire, direct light reflected once (surface
-        × luminaire), indirect light that patches reflect."""
+        """Light that sensors add up, in lumens: flux of each luminaire, direct light reflected once (by
+        surface and luminaire), and indirect light that patches reflect."""
         luminous = self.bands.luminous
         once = (self.reflectance[:, None, :] * self.flux[None]) @ luminous
         return self.flux @ luminous, once.ravel(), self.patch_radiosity @ luminous
@@ -129,7 +129,7 @@ class RadiosityField:
         return self.vertex_radiosity @ self.bands.luminous
 
     def by_replica(self) -> list["RadiosityField"]:
-        """The light by each replica of the rays, to first order; [] where no ray is cast."""
+        """The light with each replica of the rays, to first order; [] where no ray is cast."""
         transport, bands = self.transport, self.flux.shape[1]
         replicas, stretch = transport.replicas, transport.stretch
         if replicas == 1:
@@ -163,7 +163,7 @@ def solve_field(
 
 
 def common_direct_pattern(transport: Transport, flux: np.ndarray) -> np.ndarray | None:
-    """Pattern of direct light (n_patches,) where it is alike in every band, as from one kind of lamp; else
+    """Pattern of direct light (n_patches,) where all bands have the same one, as with one kind of lamp; else
     None.
 
     flux : (n_luminaires, n_bands)
@@ -180,9 +180,10 @@ def common_direct_pattern(transport: Transport, flux: np.ndarray) -> np.ndarray 
 
 
 def distinct_bands(reflectance: np.ndarray, flux: np.ndarray):
-    """Bands whose solutions are no multiples of each other: only these are solved, one for a grey room.
+    """Bands whose solutions are not multiples of each other; only these are solved. A grey room has one.
 
-    Returns the bands to solve (k,), which of them each band is a multiple of (n_bands,), and the multiple.
+    Returns the bands to solve (k,), the index among them of the band of which each band is a multiple
+    (n_bands,), and the multiple (n_bands,).
     """
     total = flux.sum(axis=0)
     shape = flux / np.where(total > 0, total, 1.0)

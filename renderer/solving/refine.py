@@ -1,5 +1,4 @@
-"""Readings to the accuracy asked: a room is solved again on a finer mesh until its error bars are narrow
-enough."""
+"""Readings to a requested accuracy: a room is solved on finer meshes until error bars are narrow enough."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,10 +19,10 @@ def solve_and_read(scene: Scene, bands: str | None = None, accuracy: float | Non
                    seed: int | None = None, store: TransportStore | None = None,
                    progress: Progress = lambda step: None, spots=None, pictures: bool = False,
                    watch: Watch | None = None) -> tuple[Solution, list[Reading]]:
-    """Solve a scene until its photometers read with the accuracy asked, or as finely as memory allows.
+    """Solve a scene until its photometers have the requested accuracy, or as finely as memory allows.
 
     spots : position, normal and name of each reading; by default the scene's photometers
-    pictures : whether the solution also draws the room
+    pictures : whether the solution is also used for pictures
     watch : as in `solve_until`
     bands, accuracy, seed, store, progress : as in `solve`
     A patch size given in the scene is kept. Raises InputError or SolveError.
@@ -44,10 +43,10 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
                 store: TransportStore | None = None, progress: Progress = lambda step: None,
                 meters: int | None = None, watch: Watch | None = None
                 ) -> tuple[Solution, object, list[Figure]]:
-    """Solve a scene until its figures have the accuracy asked, or as finely as memory allows.
+    """Solve a scene until its figures have the requested accuracy, or as finely as memory allows.
 
     read : called with a Solution; returns the readings and the figures that must be accurate
-    meters : number of meters that it reads, where it does nothing else
+    meters : number of meters that `read` reads, where it does nothing else
     watch : records whether an interruption has ended the readings
     bands, accuracy, seed, store, progress : as in `solve`
     Returns the last solution, the readings and the figures. Raises InputError or SolveError.
@@ -79,13 +78,13 @@ def solve_until(scene: Scene, read: Callable[[Solution], tuple[object, list[Figu
 
 
 def missed(figures: list[Figure], asked: float) -> list[Figure]:
-    """Figures whose error bar is wider than the accuracy asked [1]."""
+    """Figures whose relative error bar is wider than the requested accuracy [1]."""
     return [f for f in figures if 0 < asked * f.value < f.uncertainty]
 
 
 def finer(plan: Plan, patches: int, figures: list[Figure], asked: float) -> Plan | None:
-    """The next plan, with which figures reach the accuracy asked [1]; None where all do, or memory allows no
-    finer one.
+    """The next plan, with which figures should reach the requested accuracy [1]; None where all have it, or
+    memory allows no finer mesh.
 
     plan, patches : of the last solve
     """

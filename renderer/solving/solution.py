@@ -26,10 +26,10 @@ from renderer.transport.transport import Transport, refuse_hidden
 
 @dataclass(frozen=True)
 class Solution(RadiosityField):
-    """Light in a room, with what error bars need.
+    """Light in a room, with error bars.
 
-    plan : how it was solved; store : where transports of this and of other meshes are shared
-    watch : over long readings
+    plan : of its solve; store : of transports on this and on other meshes
+    watch : reports the progress of long readings
     """
 
     plan: Plan
@@ -59,33 +59,32 @@ class Solution(RadiosityField):
             indirect @ self.bands.luminous, indirect, self._rgb_lx(at)))
 
     def _logged(self, reading: Reading) -> Reading:
-        LOGGER.debug("%r: direct %.6g lx, by way of %s", reading.name, reading.direct_lx, ", ".join(
+        LOGGER.debug("%r: direct %.6g lx, by %s", reading.name, reading.direct_lx, ", ".join(
             f"{surface.name} {lx:.6g} lx" for surface, lx in zip(self.scene.surfaces, reading.by_surface_lx,
                                                                  strict=True)))
         return reading
 
     def _rgb_lx(self, at: Callable[[RadiosityField], Meter]) -> float | None:
-        """The reading in RGB [lx], which its error bar needs anyway; None beside other bands than 31."""
+        """The reading in RGB [lx], which its error bar needs anyway; None for bands other than 31."""
         own = self.mesh_sequence.meshes[0]
         return float(own.read_lx(at(own)).sum()) if self.bands.name == "31" else None
 
     def meters(
         self, position: np.ndarray, normal: np.ndarray, where: str
     ) -> Callable[[RadiosityField], Meter]:
-        """The meter at a point (3,) [m] that faces along a unit normal (3,), for this mesh and each that
-        gives its error. Raises InputError."""
+        """The meter at a point (3,) [m] that faces along a unit normal (3,), as a function from the light on
+        this mesh or on another for its error. Raises InputError."""
         own = make_meter(self.transport, position, normal, where)
         return meter_per_transport(lambda transport: own if transport is self.transport else make_meter(
             transport, position, normal, where, own))
 
     def _power(self, straight: np.ndarray, indirect: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray] | tuple[None, None]:
-        """Irradiance at a meter at 1 nm (471,) [W m⁻² nm⁻¹] and in each band (n_bands,) [W m⁻²]; None where
-        the bands are no spectrum.
+        """Spectral irradiance at a meter at 1 nm (471,) [W m⁻² nm⁻¹], and irradiance in each band (n_bands,)
+        [W m⁻²]; None where the bands give no spectrum.
 
-        straight : (n_luminaires,) straight from each luminaire per lumen, whose spectrum is known at 1 nm
-            [m⁻²]
-        indirect : (n_bands,) by way of the surfaces
+        straight : (n_luminaires,) direct illuminance per lumen of each luminaire [m⁻²]
+        indirect : (n_bands,) indirect irradiance
         """
         if not self.bands.knows_spectrum or self.bands.watts is None:
             return None, None
@@ -100,7 +99,7 @@ class Solution(RadiosityField):
         return self.scene.watts(self.bands)
 
     def photometers(self) -> list[Reading]:
-        """Read the scene's own photometers."""
+        """Read the scene's photometers."""
         return self.read_at([(p.position, p.normal, p.name) for p in self.scene.photometers])
 
     def read_at(self, spots: list[tuple]) -> list[Reading]:
@@ -138,24 +137,24 @@ class Solution(RadiosityField):
 
     @cached_property
     def gather_fields(self) -> GatherFields:
-        """The light at the ends of paths, and that on other meshes and in other bands for its errors."""
+        """The light at the ends of paths, and on other meshes and in other bands for its errors."""
         return gather_fields(self)
 
     def parallel_map(self, read: Callable[[int], object], n: int) -> list:
-        """Return [read(0), …, read(n − 1)], which read meters of this room, on every core."""
+        """Return [read(0), …, read(n − 1)], computed on every core; `read` reads meters of this room."""
         transports = self.transports
         casting = [each.ray_scene for each in transports if each.ray_scene is not None]
         return processes.parallel_map(read, n, casting, not any(each.exchange.single for each in transports))
 
     @property
     def transports(self) -> list[Transport]:
-        """Transports of this mesh, and of those for its error."""
+        """Transports of this mesh and of the meshes for its error."""
         return list(
             {id(each.transport): each.transport for each in (self, *self.mesh_sequence.meshes)}.values()
         )
 
     def make_ready(self) -> None:
-        """Compute what all readings share, on every core, before each core has a meter to read."""
+        """Compute on every core what all readings share, before meters are divided among cores."""
         mesh_sequence = self.mesh_sequence
         _ = [
             each._luminous_read
@@ -164,15 +163,15 @@ class Solution(RadiosityField):
 
     @property
     def quadrature(self) -> float:
-        """Share of a reading that may be wrong on every mesh alike: sums over measured luminaires' openings,
-        and energy that the solve left over or rounding took, which counts where hardly anything absorbs."""
+        """Relative error of a reading that is the same on every mesh: of sums over measured luminaires'
+        openings, and of the energy balance, which is significant where hardly anything absorbs."""
         opening = any(luminaire.opening for luminaire in self.transport.luminaires)
         # Light through a measured luminaire's opening errs by 4e-4 (docs/decisions.md, D52).
         return float(np.hypot(4e-4 if opening else 0.0, self.energy_balance_error))
 
     def _errors(self, at: Callable[[RadiosityField], Meter]) -> tuple[float, float, float]:
-        """Errors of a reading by mesh, sampling and bands [lx]: the first two in RGB on all meshes, the last
-        on the coarsest mesh, where they cost little. at : from `meters`"""
+        """Errors of a reading by mesh, sampling and bands [lx]. The first two are computed in RGB on all
+        meshes, the last on the coarsest mesh, where it costs little. at : from `meters`"""
         mesh_sequence = self.mesh_sequence
         meshes, replicas = (np.array([each.read_lx(at(each)) for each in some])
                            for some in (mesh_sequence.meshes, mesh_sequence.replicas))
@@ -182,7 +181,7 @@ class Solution(RadiosityField):
 
     @cached_property
     def by_bands(self) -> tuple[RadiosityField, RadiosityField]:
-        """This scene on the last mesh of its sequence, in these bands and in narrow ones."""
+        """This scene on the last mesh of its sequence, in these bands and in bands of 2 nm."""
         last = self.mesh_sequence.meshes[-1].transport
         return tuple(solve_field(self.scene, bands, last) for bands in (self.bands, narrow_bands()))
 
@@ -197,10 +196,10 @@ def solve(scene: Scene, bands: str | None = None, accuracy: float | None = None,
           progress: Progress = lambda step: None, plan: Plan | None = None) -> Solution:
     """Solve a scene. A value not given is taken from the scene's [solver] table.
 
-    bands : one of BAND_SETS; accuracy : of readings [1], which decides mesh and rays
+    bands : one of BAND_SETS; accuracy : of readings [1], which determines mesh and rays
     store : transports to share with other scenes of the same geometry; progress : called with each step
-    plan : instead of the one for the accuracy
-    Raises InputError (too large, or a lamp shines into a solid) or SolveError (there is no steady state).
+    plan : used instead of the plan for the accuracy Raises InputError (the mesh is too large, or a lamp
+    shines into a solid) or SolveError (there is no steady state).
     """
     settings = scene.solver
     accuracy = accuracy or settings.accuracy

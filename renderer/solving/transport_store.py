@@ -1,4 +1,4 @@
-"""A store of transports, shared by rooms of one shape whatever their materials."""
+"""A store of transports. Rooms of one shape share a transport, whatever their materials."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,14 +13,14 @@ from renderer.transport.transport import Transport, compute, compute_transport
 Progress = Callable[[str], None]
 
 MAX_KEPT_FACTORS = 100_000_000
-"""Number of factors of all transports kept for other rooms, some 2 GB; above it the oldest are removed."""
+"""Largest number of factors of all transports in the store, about 2 GB; above it the oldest are removed."""
 
 
 @dataclass
 class TransportStore:
-    """Transports already computed: rooms of one shape share one.
+    """Transports already computed, one for each geometry and plan.
 
-    cache : files in which they are kept between runs; None for none
+    cache : on disk, for other runs; None for no cache
     elsewhere : as in `Transport`
     """
 
@@ -30,7 +30,7 @@ class TransportStore:
     _changing: Lock = field(default_factory=Lock, repr=False)
 
     def __reduce__(self):
-        """Copy for another process: it shares the cache on disk, and computes again what is not there."""
+        """Copy for another process. The copy shares only the cache on disk."""
         return TransportStore, (self.cache, {}, self.elsewhere)
 
     def transport(self, scene: Scene, plan: Plan, seed: int,

@@ -1,4 +1,4 @@
-"""Progress of a long reading, and what an interruption keeps of it."""
+"""Progress of long readings, and the handling of an interruption."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 @dataclass
 class Watch:
-    """The watch over one run's readings.
+    """Reports the progress of one run's readings, and decides what an interruption ends.
 
-    say : called with a sentence on what is left
-    keep : whether Ctrl-C ends the readings with the bars reached so far, once each has one, instead of the
-        run
-    stopped : whether it has done so
+    say : called with a sentence on the remaining work
+    keep : whether Ctrl-C ends only the readings, with the error bars reached so far, once each has one; else
+      it ends the run
+    stopped : whether Ctrl-C has ended the readings
     """
 
     say: Callable[[str], None] = lambda step: None
@@ -19,15 +19,18 @@ class Watch:
     stopped: bool = False
 
     def tell(self, widest: float, asked: float, seconds: float) -> None:
-        """Say what is left until the bars are narrow enough, where that takes a second or more.
+        """Report the remaining work, where it takes a second or more.
 
-        widest : largest bar over what it may be; asked : accuracy [1]; seconds : approximate time left
+        widest : largest ratio of an error bar to its limit; asked : requested accuracy [1]
+        seconds : approximate time left
         """
         if seconds >= 1:
-            self.say(f"error bars {_percent(widest * asked)}, {_percent(asked)} asked; {seconds:.0f} s left")
+            self.say(f"error bars {_percent(widest * asked)}, {_percent(asked)} requested; {seconds:.0f} s "
+                     f"left")
 
     def stop(self, known: bool) -> None:
-        """Handle a KeyboardInterrupt: raise it again where nothing is known yet or nothing is to be kept."""
+        """Handle a KeyboardInterrupt: raise it again where there are no readings yet, or they are not to be
+        kept."""
         if not (self.keep and known):
             raise KeyboardInterrupt
         self.stopped = True

@@ -1,4 +1,4 @@
-"""The log of a run's steps and their seconds, through Python's `logging`: silent unless asked for."""
+"""The log of a run's steps and their seconds, through Python's `logging`: silent by default."""
 
 import logging
 import sys

@@ -14,9 +14,9 @@ from renderer.transport.sensors import direct_on, seen_from
 def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     """95 % half-widths (n_patches,) [lx], of mesh and of sampling, of the indirect illuminance on each patch.
 
-    They follow from another mesh and from the samples of the rays, as a photometer's
-    (readings/uncertainty.py), for the illuminance interpolated between vertices. The largest at a patch's
-    corners and centre is taken, since a difference may vanish by chance at one place.
+    They are computed as for a photometer (readings/uncertainty.py), from another mesh and from replicas of
+    the rays, for the illuminance interpolated between vertices. Each is the largest at a patch's corners and
+    centre, because a difference may vanish by chance at one place.
     """
     mesh_sequence, mesh = solution.mesh_sequence, solution.transport.mesh
     luminous = mesh_sequence.meshes[0].bands.luminous
@@ -33,14 +33,14 @@ def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     if not replicas:
         return of_mesh, np.zeros(len(mesh.patches))
     spread = np.array([each.vertex_irradiance @ luminous for each in replicas]).std(axis=0, ddof=1)
-    own = replicas[0].transport is solution.transport  # of a very fine mesh the other one has the replicas
+    own = replicas[0].transport is solution.transport  # for a very fine mesh the other mesh has the replicas
     on_patches = spread[mesh.patches] if own else _on(mesh_sequence.meshes[1], places, mesh.normal, spread)
     return of_mesh, student(len(replicas)) / np.sqrt(len(replicas)) * _largest(mesh, on_patches)
 
 
 def _largest(mesh, at_places: np.ndarray) -> np.ndarray:
-    """The largest of each patch's values (n_patches, k); where all are NaN, off the other mesh, its surface's
-    largest.
+    """The largest of each patch's values (n_patches, k); where all are NaN (off the other mesh), the largest
+    of its surface.
     """
     found = np.isfinite(at_places)
     largest = np.where(found, at_places, 0.0).max(axis=1)
@@ -55,8 +55,8 @@ def _at_middle(mesh, on_vertices: np.ndarray) -> np.ndarray:
 
 
 def _on(other: Solution, places: np.ndarray, normals: np.ndarray, on_vertices: np.ndarray) -> np.ndarray:
-    """Values (n, k) of another mesh of the room at places (n, k, 3) on patches with normals (n, 3); NaN off
-    it."""
+    """Values (n, k) on another mesh of the room, at places (n, k, 3) on patches with normals (n, 3); NaN off
+    that mesh."""
     eye, mesh = other.transport.eye, other.transport.mesh
     points = places.reshape(-1, 3)
     normals = np.repeat(normals, places.shape[1], axis=0)
@@ -87,7 +87,7 @@ def shadow_bars(view: View) -> sparse.csr_array:
     rays = SHADOW_RAYS // 4  # of each replica
     parts = direct_on(transport, patch, s, t, 2, rays, REPLICAS)
     half = student(len(parts)) * parts.std(axis=0, ddof=1) * np.sqrt(rays / SHADOW_RAYS)
-    # Equal counts of all replicas, as at the rim of a penumbra, still leave an error of half a ray.
+    # Where all replicas agree, as at the rim of a penumbra, an error of half a ray remains.
     half = np.hypot(half, np.where(dimmed[some], bare[some] / (2 * SHADOW_RAYS), 0.0))
     rows, columns = np.nonzero(half)
     return sparse.csr_array((half[rows, columns], (pixel[rows], columns)), shape=view.light.shape)

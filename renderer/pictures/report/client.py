@@ -16,7 +16,7 @@ def save_client(room, path: Path) -> Path:
         "title": escape(scene.project.name or scene.title), "heading": _heading(scene),
         "style": (folder / "client.css").read_text(encoding="utf-8"),
         "picture": "" if room.picture is None else
-        f'<img class="picture" alt="The room as it will look" src="{room.picture}">',
+        f'<img class="picture" alt="Picture of the room" src="{room.picture}">',
         "room": _room(room), "checks": _checks(room), "luminaires": _luminaires(room),
         "materials": _materials(room), "grids": _grids(room), "meters": _meters(room), "eyes": _eyes(room),
         "rgb": _rgb(room), "appendix": _appendix(room),
@@ -63,7 +63,7 @@ def _checks(room) -> str:
         mark = {Verdict.MET: "✓ met", Verdict.NOT_MET: "✗ not met"}.get(check.verdict, f"? {check.verdict}")
         rows.append([check.of, name, f"{sign} {check.asked:g} {unit}".strip(), got, bar, mark])
     return html_table(["area or place", "quantity", "asked", "reached", "95 %", "result"], rows,
-                 "What was asked, and what is reached")
+                 "Requirements and readings")
 
 
 def _luminaires(room) -> str:

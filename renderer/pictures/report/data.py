@@ -1,8 +1,8 @@
 """The data from which a report's page computes pictures and readings.
 
-A pixel is a sparse row on (surface × luminaire) and vertices, independent of materials and bands; a solution
-is the irradiance of vertices. The page keeps them apart: rooms of one shape share their pixels, and each
-pixel has its whole spectrum at no further cost.
+A pixel is a sparse row of weights on direct light by surface and luminaire, and on vertices. It does not
+depend on materials and bands. A solution is the irradiance of vertices. The page stores pixels and solutions
+separately, so that rooms of one shape share pixels and each pixel has a whole spectrum.
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Lamps:
     group: np.ndarray
 
     def joined(self, per_lumen) -> np.ndarray:
-        """Columns of groups (n, n_groups) from columns of luminaires (n, n_luminaires)."""
+        """Sums over groups (n, n_groups) of columns of luminaires (n, n_luminaires)."""
         weights = sparse.csr_array((self.power, (np.arange(len(self.group)), self.group)),
                                    shape=(len(self.group), len(self.first)))
         return per_lumen @ weights
@@ -46,7 +46,8 @@ class Lamps:
 
 
 def lamps_of(solutions: list[Solution]) -> Lamps:
-    """The luminaires of solutions on one transport, those with the same spectra in all of them joined."""
+    """The luminaires of solutions on one transport, grouped where their spectra are equal in all
+    solutions."""
     flux = np.hstack([solution.flux for solution in solutions])
     power = np.linalg.norm(flux, axis=1)
     shape = np.round(flux / np.where(power > 0, power, 1.0)[:, None], 12)
@@ -78,10 +79,10 @@ def geometry_data(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
 
 
 def _fine(transport: Transport, lamps: Lamps, pack: Pack) -> dict:
-    """Direct illuminance at (steps + 1)² places on each exposed patch, three on each triangle, per lumen of
-    each group, for the room in three dimensions.
+    """Direct illuminance per lumen of each group at (steps + 1)² places on each exposed patch (three on a
+    triangle), for the view in three dimensions.
 
-    At most eight steps and about 60,000 places in all, each with 64 shadow rays.
+    There are at most eight steps and about 60,000 places in total, each with 64 shadow rays.
     """
     mesh = transport.mesh
     shown = np.flatnonzero(transport.exchange.areas > 0)
@@ -152,7 +153,8 @@ def bars_data(solution: Solution, pack: Pack) -> dict:
 
 
 def _squares(lamps: Lamps, half_widths):
-    """Squares of groups' errors (n, n_groups) from independent errors of luminaires (n, n_luminaires)."""
+    """Squares of the errors of groups (n, n_groups), from independent errors of luminaires (n,
+    n_luminaires)."""
     return lamps.joined(half_widths**2 * lamps.power)
 
 
@@ -161,7 +163,7 @@ def _columns(values: np.ndarray, pack: Pack) -> list[dict]:
 
 
 def _sparse(rows, pack: Pack) -> dict:
-    """A sparse matrix as the count of entries in each row, their columns and their values."""
+    """A sparse matrix as the numbers of entries in its rows, their columns and their values."""
     rows = sparse.csr_array(rows)
     rows.sort_indices()
     return {"counts": pack.whole(np.diff(rows.indptr)), "columns": pack.whole(rows.indices),

@@ -1,4 +1,4 @@
-"""The scene files inside a report, from which the report can be made again."""
+"""The scene files stored in a report, from which the report can be made again."""
 
 import base64
 import hashlib
@@ -24,11 +24,11 @@ def scene_files(scene: Scene, outside: bool = False) -> list[dict]:
     for file in scene.opened:
         entry = {"name": _name(file.path, folder), "sha256": file.sha256, "bytes": file.size}
         if file.path != scene.path and not outside and not _is_inside(file.path, folder):
-            entry["left_out"] = "outside the scene's folder; --embed-outside carries it"
+            entry["left_out"] = "outside the scene's folder; --embed-outside includes it"
         elif file.size > left:
-            entry["left_out"] = "too large to carry"
+            entry["left_out"] = "too large to include"
         elif (data := _as_read(file)) is None:
-            entry["left_out"] = "no longer what it was when it was read"
+            entry["left_out"] = "changed since it was read"
         else:
             left -= file.size
             entry |= _content(data)

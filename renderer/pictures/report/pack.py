@@ -1,4 +1,4 @@
-"""Numbers as bytes in a page: quantised, ordered for the compressor, compressed, in base64.
+"""Arrays of numbers stored in a page: quantised, reordered, compressed, in base64.
 
     whole numbers : exact
     reals : single precision, 6e-8
@@ -20,7 +20,8 @@ CURVE_ERROR = 1e-4
 
 
 class Pack:
-    """Arrays in one stream of bytes; each method that adds an array returns the key to find it."""
+    """Arrays in one stream of bytes. Each method that adds an array returns the record with which the page
+    reads it."""
 
     def __init__(self):
         self._parts: list[bytes] = []

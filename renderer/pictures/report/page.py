@@ -69,7 +69,7 @@ def save_report(
     """Write the page.
 
     command : the command line for it
-    notes : sentences about changes of what was asked
+    notes : sentences about departures from the scene files
     outside : include files outside a scene's folder
     """
     with whole_file(path) as part:

@@ -1,4 +1,4 @@
-"""The print of a page to PDF by an installed browser."""
+"""Printing of a page to PDF by an installed browser."""
 
 import shutil
 import subprocess

@@ -58,7 +58,7 @@ def readings_table(rooms: list) -> str:
 def plan_table(rooms: list) -> str:
     """The plan of each room and the errors of closure, reciprocity and energy balance."""
     columns = ["room", "patches", "patch size m", "rays a patch", "closure error", "reciprocity error",
-               "energy balance error", "accuracy asked", "bands solved", "seconds"]
+               "energy balance error", "requested accuracy", "bands solved", "seconds"]
     rows = []
     for room in rooms:
         record = room.records["31"]
@@ -70,7 +70,7 @@ def plan_table(rooms: list) -> str:
                      f"{record['seconds']['total']:.1f}"])
     said = [(room.title, "; ".join(room.solutions["31"].plan.reasons)) for room in rooms]
     reasons = "".join(f"<li><b>{escape(title)}</b>: {escape(why)}.</li>" for title, why in said)
-    return html_table(columns, rows, "The plan followed, and how far the laws hold") + f"<ul>{reasons}</ul>"
+    return html_table(columns, rows, "The plan and its errors") + f"<ul>{reasons}</ul>"
 
 
 def files_list(rooms: list) -> str:

@@ -1,4 +1,4 @@
-"""The views of a report: the scene's camera or one in a corner, in a size that a page can hold."""
+"""The views of a report: the scene's camera, or one in a corner, with a limited number of pixels."""
 
 import numpy as np
 
@@ -10,9 +10,10 @@ from renderer.transport.transport import Transport
 
 
 def looks(rooms: list[tuple[Scene, Transport]], pixels: int) -> tuple[list[View | None], list[str]]:
-    """The view of each room, None for a room without a place to look from, and sentences about changes.
+    """The view of each room (None for a room without a place for a camera), and sentences about departures
+    from the scenes' cameras.
 
-    pixels : limit of all different views together
+    pixels : largest number of pixels of all different views together
 
     Rooms of one shape and camera share one View. Raises InputError for a scene's camera inside a solid.
     """
@@ -23,7 +24,7 @@ def looks(rooms: list[tuple[Scene, Transport]], pixels: int) -> tuple[list[View 
     notes = []
     for (scene, transport), camera, key in zip(rooms, cameras, keys, strict=True):
         if camera is None:
-            notes.append(f"{scene.title}: has no camera, and no viewpoint for one was found: 3-D only.")
+            notes.append(f"{scene.title}: has no camera, and there is no place for one: 3-D only.")
             found[key] = None
             continue
         if scene.camera is None:
@@ -52,7 +53,7 @@ def _fitting(camera: CameraTable, pixels: float) -> CameraTable:
 def _own_camera(scene: Scene, transport: Transport) -> CameraTable | None:
     """A camera from the first free corner of the room to its centre; None where no place is free.
 
-    It stands at 0.55 of the room's height, 4 % of each side from the walls.
+    It is at 0.55 of the room's height, at 4 % of each side from the walls.
     """
     low, high = transport.mesh.bounds
     size = high - low

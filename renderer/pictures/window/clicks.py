@@ -40,7 +40,7 @@ class Click:
 
 
 def place_at(solution: Solution, eye: np.ndarray, direction: np.ndarray) -> ClickedPlace | None:
-    """The place that an eye (3,) [m] sees along a unit direction (3,); None for none."""
+    """The place that an eye (3,) [m] sees along a unit direction (3,); None where there is no surface."""
     transport = solution.transport
     met = first_front(transport, eye, direction)
     if met is None:
@@ -59,7 +59,8 @@ def read(solution: Solution, place: ClickedPlace) -> Click:
 
 
 def reading_lines(solution: Solution, place: ClickedPlace | None) -> tuple[Click | None, list[str]]:
-    """A reading at a place, and the lines that show it; of a luminaire its luminance toward the eye."""
+    """A reading at a place and the lines that show it; for a luminaire no reading, but its luminance toward
+    the eye."""
     if place is None:
         return None, ["There is no surface: nothing is read."]
     where = f"{place.surface}  at {numbers(place.position)} m, facing {numbers(place.normal)}"

@@ -19,7 +19,7 @@ class WindowContent:
 
     colours : (n, 3) bytes or (n,) values on the vertices of `skin`, by mode and index of the solution
     tops : upper ends of the scales, by mode
-    camera : of the scene, or from a corner of the room; None for a scene without a place to look from
+    camera : of the scene, or in a corner of the room; None where there is no place for one
     """
 
     solutions: tuple[Solution, ...]

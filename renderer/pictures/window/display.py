@@ -7,7 +7,7 @@ import sys
 from renderer.errors import DisplayError
 
 X_WINDOW_CLASS = "vtkXOpenGLRenderWindow"
-"""Class of VTK's window under X; where it cannot open one, VTK makes a window of another class, off
+"""Class of VTK's windows under X. Where VTK cannot open one, it makes a window of another class, off
 screen."""
 
 
@@ -19,7 +19,7 @@ def refuse_no_display() -> None:
     if not display:
         under = "Wayland without Xwayland" if os.environ.get("WAYLAND_DISPLAY") else "DISPLAY is not set"
         raise _no_window(f"there is no X display to open a window on ({under})")
-    # In a process of its own: without a live display or without OpenGL some versions of VTK abort.
+    # In a separate process, because some versions of VTK abort without a display or OpenGL.
     probe = """
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 import vtkmodules.vtkRenderingOpenGL2

@@ -30,7 +30,7 @@ class Overlay:
 
     def show_legend(self, top: float | None, unit: str, palette: str = COLOUR_MAP) -> None:
         """Show a scale from 0 to `top`; None hides it."""
-        height = int(np.clip(self.plotter.window_size[1] - 150, 180, 420))  # the upper text stays free
+        height = int(np.clip(self.plotter.window_size[1] - 150, 180, 420))  # leaves the upper text free
         if (top, unit, height) == self.scale:
             return
         self.scale = top, unit, height
@@ -42,7 +42,7 @@ class Overlay:
             self.plotter.add_actor(self.legend, render=False, reset_camera=False)
 
     def come_forward(self) -> None:
-        """Draw the overlay last, over names in the room."""
+        """Draw the overlay in front of names in the room."""
         for actor in (self.legend, self.upper, self.lower):
             if actor is not None:
                 self.plotter.renderer.RemoveViewProp(actor)

@@ -9,8 +9,8 @@ from renderer.transport.sensors import Sensor, direct_on, sense
 from renderer.transport.transport import Transport
 
 CORNER_INSET = 1e-3
-"""Distance inside a patch, relative to the patch, at which its corner is lit: an edge has no unique
-illuminance."""
+"""Distance inside a patch, relative to the patch, at which the light at its corner is computed, because an
+edge has no unique illuminance."""
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,10 @@ class Skin:
 
     A patch with four sides is four triangles about its centre.
 
-    points : (n, 3) in units of the room's longest side, from its centre, so that rooms of any size are drawn
-        alike
-    triangles : (m, 3) points of each, counter-clockwise seen from the front
+    points : (n, 3) from the room's centre, in units of its longest side
+    triangles : (m, 3) indices of points, counter-clockwise seen from the front
     patch : (n,) patch of each point
-    sensor : one row a point, on radiosity, valid for all materials and bands
+    sensor : one row for each point, valid for all materials and bands
     """
 
     points: np.ndarray
@@ -33,8 +32,7 @@ class Skin:
 
 
 def skin(transport: Transport) -> Skin:
-    """The skin of a room. A luminaire's face has points of its own, since it shares corners with its
-    surface."""
+    """The skin of a room. A luminaire's face has separate points where it shares corners with its surface."""
     mesh = transport.mesh
     exposed = transport.exchange.areas > 0
     surfaces = np.flatnonzero(exposed & transport.reflecting)
@@ -64,10 +62,10 @@ def skin(transport: Transport) -> Skin:
 
 
 def _patches_at(transport: Transport, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The least covered of the patches around each vertex, and the number of its corner there."""
+    """The least covered of the patches around each vertex, and the number of its corner at the vertex."""
     mesh = transport.mesh
     share = np.where(transport.reflecting, transport.exchange.areas / mesh.area, 0.0)
-    order = np.argsort(share, kind="stable")  # later writes replace earlier ones
+    order = np.argsort(share, kind="stable")  # the last write to a vertex stays
     patch = np.zeros(len(mesh.vertices), dtype=int)
     patch[mesh.patches[order].ravel()] = np.repeat(order, 4)
     return patch[vertices], (mesh.patches[patch[vertices]] == vertices[:, None]).argmax(axis=1)
@@ -81,7 +79,7 @@ def lamp_of(transport: Transport, surface: int) -> int | None:
 def light_on(solution: Solution, skin: Skin) -> tuple[np.ndarray, np.ndarray]:
     """X, Y, Z (n, 3) [cd/m²] of the light toward the eye, and illuminance (n,) [lx], at the points of a skin.
 
-    A luminaire has the light along its face's normal, and NaN for illuminance.
+    For a luminaire it is the luminance along its normal, and NaN for illuminance.
     """
     bands, transport, sensor = solution.bands, solution.transport, skin.sensor
     once = (solution.reflectance[:, None, :] * solution.flux[None]) @ bands.xyz

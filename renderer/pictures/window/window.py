@@ -1,4 +1,4 @@
-"""A window on a solved room, with mouse, clicks for readings, and keys."""
+"""A window with a solved room that the user turns by mouse, reads by clicks and changes by keys."""
 
 import time
 from itertools import count
@@ -23,7 +23,7 @@ MARK_HEIGHT = 1e-3
 
 
 class Window:
-    """A window on a room, with the user's readings and saved files.
+    """A window with a room, the user's readings and saved files.
 
     content : solutions and colours
     out : folder for pictures
@@ -148,7 +148,7 @@ class Window:
             self.go_outside()
             return
         (eye,) = self._inside(camera.position)
-        # The focus, about which the mouse turns the view, is in the middle of the room.
+        # The mouse turns the view about the focus, in the middle of the room.
         ahead = max(-float(eye @ camera.axes[2]), 0.1)
         self.plotter.camera_position = [eye, eye + ahead * camera.axes[2], camera.axes[1]]
         width, height = self.plotter.window_size
@@ -230,12 +230,12 @@ class Window:
     def run(self) -> None:
         """Open the window, and carry out the user's commands until it is closed.
 
-        VTK swallows exceptions of its callbacks. So the callbacks only record commands, and this loop runs
-        them.
+        VTK suppresses exceptions in its callbacks. These therefore only record commands, which this loop
+        carries out.
         """
         asked: list[tuple] = []
         plotter, iren = self.plotter, self.plotter.iren
-        pressed, tolerance = [0, 0], 4  # pixels between press and release of a click
+        pressed, tolerance = [0, 0], 4  # largest movement of a click [pixels]
 
         def press(*_) -> None:
             pressed[:] = iren.interactor.GetEventPosition()
