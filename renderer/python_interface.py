@@ -47,8 +47,8 @@ class Scene(LoadedScene):
         """The scene with other values; all other keys stay.
 
         values : by dotted key, lists by index, as "materials.red.munsell" or "luminaires.0.flux"; a value
-            replaces keys that it excludes (munsell replaces reflectance); None removes a key; files are looked
-            for in the folder of the scene file, then in the current one
+            replaces keys that it excludes (munsell replaces reflectance); None removes a key; files are found
+            in the folder of the scene file, else in the current one
         Raises InputError for an unknown key or a value that is not allowed.
 
         >>> import renderer
