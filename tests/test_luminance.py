@@ -95,7 +95,7 @@ def test_the_command(room_file, here, tmp_path):
     (["--pixel", "a"], "--pixel is 'a'"),
     (["--pixel", "1,1", "--at", "1,1,1", "--look-at", "2,2,2"], "Give one of them"),
     (["--at", "1,1,1"], "alone; give both"),
-    (["--at", "1,1,1", "--look-at", "1,1,1"], "the eye's own place"),
+    (["--at", "1,1,1", "--look-at", "1,1,1"], "the position of the eye"),
     (["--at", "9,1,1", "--look-at", "1,1,1"], "outside the room"),
     (["--at", "1,1,1", "--look-at", "1,2,1", "--angle", "0"], "--angle is 0"),
     (["--format", "xml"], "--format is 'xml'"),

@@ -1,4 +1,4 @@
-"""Work on the workers of a Dask cluster, and rows of a large operator cast there."""
+"""Work on a Dask cluster: tasks of sweeps and studies, and rays of large meshes."""
 
 import asyncio
 import logging
@@ -78,7 +78,7 @@ def refuse_silence(scheduler: str) -> None:
     except Exception as error:  # noqa: BLE001  Dask raises errors of any class for other servers
         raise _no_answer(scheduler, error) from None
     if not isinstance(known, dict) or known.get("type") != "Scheduler":
-        raise _no_answer(scheduler, "what answers is no scheduler")
+        raise _no_answer(scheduler, "the answer is not a scheduler's")
 
 
 def _no_answer(scheduler: str, error: Exception | str) -> InputError:
@@ -124,7 +124,7 @@ def as_done(tasks: list, client) -> Iterator:
             task.release()
     except KilledWorker:
         raise SolveError("workers of the cluster died at one task several times, perhaps because memory ran "
-                         "out. Give them more, or a looser --accuracy.") from None
+                         "out. Give them more memory, or give a looser --accuracy.") from None
 
 
 class Casting:
@@ -141,7 +141,7 @@ class Casting:
         """The first row, the result of `cast_rows`, and the number of rays."""
         with self._building:
             self._visibility = self._visibility or RayScene(self.mesh)
-        own = copy(self._visibility)  # with a count of rays for these rows
+        own = copy(self._visibility)  # a copy, so that rays are counted for these rows alone
         own.rays = 0
         return start, cast_rows(self.mesh, own, self.nets, start, stop), own.rays
 
@@ -158,7 +158,8 @@ def rows_on(scheduler: str) -> RemoteCast:
         n = len(mesh.patches)
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"}), \
                 connected_client(scheduler) as client:
-            # A task instead of data: if all its holders die, the scheduler repeats it.
+            # A task instead of data, because the scheduler repeats a task if all workers that hold its result
+            # die.
             held = client.submit(Casting, replace(mesh), nets, pure=False)
             yield from as_done([client.submit(Casting.rows, held, start, min(n, start + step), pure=False)
                                 for start in range(0, n, step)], client)

@@ -1,4 +1,4 @@
-"""The comparison: rooms side by side, solved and read in RGB and in 31 bands."""
+"""The comparison of rooms, solved and read in RGB and in 31 bands."""
 
 import json
 import time

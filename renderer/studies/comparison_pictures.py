@@ -1,5 +1,5 @@
-"""The pictures of a comparison: the sheet with the answer, the sheet with two rooms in steps, and single
-pictures."""
+"""The pictures of a comparison: the sheet with the errors of RGB, the sheet with two rooms in steps, and
+single pictures."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -76,7 +76,7 @@ def _seen(cases: list[ComparedRoom], progress: Progress) -> list[SeenRoom]:
         solution, scene = case.solution, case.solution.scene
         key = (id(solution.transport), scene.camera)
         if key not in views:
-            progress(f"{scene.title}: what the camera sees")
+            progress(f"{scene.title}: view of the camera")
             views[key] = look(solution.transport, scene.camera, str(scene.path))
         view = views[key]
         direct = view.direct(solution, solution.bands.xyz)

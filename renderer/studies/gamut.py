@@ -40,7 +40,7 @@ NAMED_COLOURS = {"red": (0.9, 0, 0), "green": (0, 0.9, 0), "blue": (0, 0, 0.9),
 
 @dataclass(frozen=True)
 class PaintableRoom:
-    """A room whose readings are known for any reflectance of its painted surfaces.
+    """A room with readings as functions of the reflectance of its painted surfaces.
 
     bands : the band sets "rgb", "rgb-prefiltered" and "31" under its lamps
     shares : (n_bands,) of the lamps' lumens, by band set
@@ -193,8 +193,8 @@ def smallest_ratios(place: PaintableRoom, rgb: np.ndarray) -> np.ndarray:
 
 
 def largest_ratios(place: PaintableRoom, rgb: np.ndarray, ceiling: float = MAX_REFLECTANCE) -> np.ndarray:
-    """Certified largest ratio (2 readings, n), as `smallest_ratios`, over 0 ≤ ρ ≤ ceiling; without a ceiling
-    it has no limit."""
+    """Certified largest ratio (2 readings, n) over all spectra 0 ≤ ρ ≤ ceiling; otherwise as in
+    `smallest_ratios`. Without a ceiling the ratio has no limit."""
     return _to_rgb(place, rgb, highest_sum(rgb @ LUMINANCE_WEIGHTS, ceiling))
 
 

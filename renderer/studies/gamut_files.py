@@ -137,7 +137,7 @@ def save_charts(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out:
     if limits is not None:
         rows = [(reading, classify(limits[0][k], limits[1][k])) for k, reading in shown]
         drawing.append((save_slices, rows, AGAINST_BOUNDS,
-                        f"{place.title}: whatever the spectrum, up to a reflectance of {MAX_REFLECTANCE:g}",
+                        f"{place.title}: for any spectrum up to a reflectance of {MAX_REFLECTANCE:g}",
                         _named(out, "_bounds.png")))
     drawing += [(save_chips, [(f"{reading}, RGB", gamut.ratios(chips, "rgb")[k]),
                               (f"{reading}, RGB prefiltered", gamut.ratios(chips, "prefiltered")[k])],
@@ -146,7 +146,7 @@ def save_charts(gamut: Gamut, limits: tuple[np.ndarray, np.ndarray] | None, out:
                 for k, reading in shown]
     names, table = share_table(gamut)
     drawing.append((save_shares, [(reading, table[k]) for k, reading in shown], names, MODELS,
-                    f"{title}, colours that come out alike", _named(out, "_shares.png")))
+                    f"{title}, colours that RGB gets right", _named(out, "_shares.png")))
     named, at = named_ratios(gamut, "rgb"), named_at()
     drawing.append((save_named, [(reading, np.array([r[k] for r in named.values()]),
                                   None if limits is None else (limits[0][k, at], limits[1][k, at]))

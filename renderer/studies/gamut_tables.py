@@ -121,7 +121,7 @@ def bounds_table(gamut: Gamut, smallest: np.ndarray) -> Table:
             counts = np.bincount(classify(smallest[k], largest[k]), minlength=len(BOUND_CLASSES))
             rows.append([f"{reading}, ρ ≤ {ceiling:g}", *map(str, counts), f"{smallest[k].min():.3f}",
                          f"{largest[k].max():.2f}"])
-    return Table("Whatever the spectrum: how many of 1,000 colours are within ±20 %, and the extreme ratios",
+    return Table("For any spectrum: number of 1,000 colours within ±20 %, and the extreme ratios",
                  ["reading, spectra", *BOUND_CLASSES, "lowest", "highest"], rows)
 
 

@@ -86,8 +86,8 @@ def spacing(table: Distribution, c: float, of_four: bool = False) -> float | Non
     """Largest ratio of spacing to mounting height by the IES spacing criterion; None without intensity
     straight down.
 
-    At that spacing the point midway between two luminaires receives from both as much as the point under one
-    receives from it.
+    At that spacing, the point midway between two luminaires receives from both as much as the point below one
+    luminaire receives from it.
 
     of_four : midway between four luminaires in a square instead, C along its diagonal
     """

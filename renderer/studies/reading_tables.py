@@ -5,7 +5,7 @@ from renderer.records.json_records import Table
 
 
 def number_or_dash(value: float | None, form: str) -> str:
-    """A number_or_dash as text for a table; a dash for None."""
+    """A number as text for a table; a dash for None."""
     return "–" if value is None else format(value, form)
 
 
@@ -90,7 +90,7 @@ def _with_bar(error: dict, key: str) -> str:
 
 
 def photometer_rows(record: dict) -> list[dict]:
-    """One row a photometer, then one each for the mean, minimum and maximum of each grid."""
+    """One row for each photometer, then one each for the mean, minimum and maximum of each grid."""
     rows = []
     for r in record["readings"]:
         x, y, z = r["position"]
@@ -130,7 +130,7 @@ def luminance_tables(record: dict) -> list[Table]:
 
 
 def luminance_rows(record: dict) -> list[dict]:
-    """One row a spot meter, then one row a surface."""
+    """One row for each spot meter, then one for each surface."""
     return [{"kind": kind, **{key: s[key] for key in ("name", "luminance_cd_m2", "uncertainty_cd_m2")}}
             for kind, key in (("spot", "spots"), ("surface", "surfaces")) for s in record[key]]
 
@@ -152,6 +152,6 @@ def glare_tables(record: dict) -> list[Table]:
 
 
 def glare_rows(record: dict) -> list[dict]:
-    """One row an observer."""
+    """One row for each observer."""
     keys = ("name", "ugr", "uncertainty", "background_luminance_cd_m2", "indirect_illuminance_lx", "reason")
     return [{key: g[key] for key in keys} for g in record["observers"]]

@@ -17,7 +17,7 @@ from renderer.solving.transport_store import Progress
 def _seen(solution: Solution, progress: Progress):
     """The view, and direct and total X, Y, Z (height, width, 3) [cd/m²]."""
     scene = solution.scene
-    progress(f"{scene.title}: what the camera sees")
+    progress(f"{scene.title}: view of the camera")
     view = look(solution.transport, scene.camera, str(scene.path))
     direct = view.direct(solution, solution.bands.xyz)
     total = direct + view.indirect(solution, solution.bands.xyz)
@@ -28,7 +28,7 @@ def _seen(solution: Solution, progress: Progress):
 def save_render(solution: Solution, out: Path, progress: Progress) -> list[Path]:
     """Write the picture, luminance and spectral EXR, and the patches."""
     stem = f"{solution.scene.path.stem}_{solution.bands.name}"
-    with ThreadPoolExecutor(1) as pool:  # VTK is imported beside the view of the camera
+    with ThreadPoolExecutor(1) as pool:  # VTK is imported while the view is computed
         data = pool.submit(patches, solution)
         view, _, total = _seen(solution, progress)
         spectral = None

@@ -1,4 +1,4 @@
-"""The readings of a room for any paint on some of its surfaces.
+"""Readings of a room as functions of the paint on some of its surfaces.
 
 Bands exchange no light, so a reading in a band depends on the paint only by its reflectance in that band. The
 room is solved at Chebyshev points of reflectance, and readings are interpolated.
@@ -148,7 +148,7 @@ def _read(solved, meters: list, luminance: np.ndarray, reflectance: np.ndarray,
     flux : (n_luminaires, k)
     """
     first, index, scale = distinct_bands(reflectance, flux)
-    chunk = max(1, 8_000_000 // len(luminance))  # arrays of at most some 64 MB
+    chunk = max(1, 8_000_000 // len(luminance))  # arrays of at most about 64 MB
     read = []
     for start in range(0, len(first), chunk):
         here = first[start : start + chunk]

@@ -14,7 +14,7 @@ from renderer.solving.watch import Watch
 from renderer.studies.in_31_bands import solved_in_31_bands
 
 MAX_PAGE_BYTES = 10_000_000
-"""Largest size of a report [bytes], for mail."""
+"""Largest size of a report [bytes], so that it can be sent by mail."""
 
 
 def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, shared: TransportStore,
@@ -38,7 +38,7 @@ def solve_rooms(scenes: list[Scene], accuracy: float | None, seed: int | None, s
 
 def save_page(rooms: list[ReportRoom], command: str, out: Path, progress: Progress,
          outside: bool = False) -> tuple[Path, list[str]]:
-    """Write report.html; returns its path, and sentences about changes of the request.
+    """Write report.html; returns its path, and sentences about departures from the scene files.
 
     command : the command line, for the page
     outside : include files outside a scene's folder
@@ -48,7 +48,7 @@ def save_page(rooms: list[ReportRoom], command: str, out: Path, progress: Progre
     most = 4 * 640 * 480  # pixels of all different views together
     path, pixels = out / "report.html", most
     while True:
-        progress("what the cameras see")
+        progress("views of the cameras")
         views, notes = looks([(room.scene, room.solutions["31"].transport) for room in rooms], pixels)
         progress("the page")
         seen = [replace(room, view=view) for room, view in zip(rooms, views, strict=True)]

@@ -90,7 +90,7 @@ def resolve(text: str, lamp: bool) -> NamedSpectrum:
 
 
 def _title(text: str) -> str:
-    """What a file is called, and which of its spectra."""
+    """The name of a file, and that of the spectrum in it."""
     name, _, column = text.partition("#")
     return Path(text).stem if isfile(text) else f"{Path(name).stem} {column}".strip()
 
@@ -112,7 +112,7 @@ def _colour(text: str) -> tuple[float, float, float] | None:
 
 
 def reflectance_record(shown: NamedSpectrum) -> dict:
-    """A paint: how bright under D65 and A, its RGB, the measured chips nearest to it, its bands."""
+    """A paint: luminous reflectance under D65 and A, RGB, the measured chips nearest to it, and its bands."""
     first = next(iter(shown.curves.values()))
     bands, rgb_bands = band_set("31"), band_set("rgb")
     fine, observer = cie_1931()
@@ -133,7 +133,7 @@ def reflectance_record(shown: NamedSpectrum) -> dict:
 
 
 def _nearest(rgb: np.ndarray, value: np.ndarray) -> list[dict]:
-    """The measured chips nearest in colour, by CIEDE2000 under D65, and how far their spectra are."""
+    """The measured chips nearest in colour, by CIEDE2000 under D65, and the differences of their spectra."""
     import colour
 
     names, nm, reflectance = munsell_chips()
@@ -149,10 +149,10 @@ def _nearest(rgb: np.ndarray, value: np.ndarray) -> list[dict]:
 
 
 def lamp_record(shown: NamedSpectrum) -> dict:
-    """A lamp: chromaticity, temperature, how well it renders colours, and its bands per 1,000 lm."""
+    """A lamp: chromaticity, colour temperature, colour rendering, and its bands per 1,000 lm."""
     spectrum = next(iter(shown.curves.values()))
     bands = band_set("31")
-    band_flux(spectrum, 1000.0, bands, "SPECTRUM")  # refuses one without light there
+    band_flux(spectrum, 1000.0, bands, "SPECTRUM")  # refuses a lamp without light in the bands
     flux = band_watts(spectrum, 1000.0, bands)
     return {"spectrum": shown.title, "kind": "lamp", **colour_of(power_at_1_nm(spectrum)),
             "luminous_efficacy_lm_W": float(1000.0 / flux.sum()),
@@ -161,7 +161,7 @@ def lamp_record(shown: NamedSpectrum) -> dict:
 
 
 def spectrum_table(record: dict) -> Table:
-    """The quantities of a record, one a row, then its bands."""
+    """A row for each quantity of a record, then its bands."""
     if record["kind"] == "lamp":
         rows = [["x, y", "{:.4f}, {:.4f}".format(*record["xy"])]]
         rows += [[name, "–" if record[key] is None else form.format(record[key])] for name, key, form in (

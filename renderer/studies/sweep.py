@@ -67,7 +67,7 @@ class StudyCase:
 def read_study(path: Path, accuracy: float | None, bands: str | None, seed: int | None) -> Study:
     """Read a study file and check all keys, values and rooms. Raises InputError.
 
-    accuracy, bands, seed : in place of the scene files' own; None for these
+    accuracy, bands, seed : in place of the scene files' values; None for those values
     """
     keys = ("scenes", "title", "vary")
     table = parse_toml(read_input(path, "study", str(path), "Give a .toml study file."), str(path))
@@ -123,7 +123,8 @@ def _bases(path: Path, names: list[str], solver: dict, vary: dict[str, list]) ->
 def _read(scene: Scene) -> Scene:
     """The scene. Raises InputError for one without photometers."""
     if not scene.photometers:
-        raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table, for a study's "
+        raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table, because a "
+                         f"study's "
                          "rows are readings.")
     return scene
 
@@ -142,7 +143,7 @@ def _values(path: Path, key: str, values) -> list:
 
 
 def _try_every_value(study: Study) -> None:
-    """Raise InputError for a value that is at fault with all values of the other keys."""
+    """Raise InputError for a value that is refused with all values of the other keys."""
     first = {key: values[0] for key, values in study.vary.items()}
     for base in study.bases:
         tried = base
@@ -167,8 +168,7 @@ def _fault(base: Base, values: dict[str, object]) -> str | None:
 
 
 def _stays(base: Base, case: dict[str, object], others: dict[str, list], fault: str) -> bool:
-    """Whether a case is at fault with all values of the other keys, of which at most 1,000 combinations are
-    tried."""
+    """Whether a case is refused with all values of the other keys; at most 1,000 combinations are tried."""
     said = {fault}
     for key, values in others.items():
         for value in values[1:]:
@@ -195,15 +195,15 @@ def table_of(base: Base, values: dict[str, object]) -> dict:
 
 
 def identity(base: Base, case: StudyCase) -> str:
-    """Digest of all that a case's readings depend on: the program, the table with its values, and the
-    contents of the files that these name."""
+    """Digest of the program, the case's table and the contents of the files that the table names: all that
+    determines its readings."""
     files = {name: base.files[name] for name in files_named([base.table, case.values]) if name in base.files}
     said = json.dumps([program(), base.table, case.values, files], default=str)
     return _digest(said.encode())
 
 
 def contents(folders: tuple[Path, Path], names: Iterable[str]) -> dict[str, str]:
-    """Digests of the files with some of the names, of a scene's folder or else a study's."""
+    """Digests of the files with these names, in the scene's folder or else in the study's."""
     return {name: _digest(path.read_bytes()) for name in names
             if (path := next(filter(is_regular_file, (folder / name for folder in folders)), None))}
 

@@ -25,7 +25,7 @@ from renderer.system.files import whole_file
 from renderer.system.text import CsvWriter
 
 MAX_WORKER_DEATHS = 3
-"""Number of deaths of workers in a row, without a finished batch, that end the run."""
+"""Number of workers that may die in a row, without a finished batch, before the run ends."""
 READING_COLUMNS = (
     "photometer",
     "direct_lx",
@@ -52,12 +52,12 @@ class Batch:
     cached: bool
 
     def run(self) -> list[tuple[str, ReadingRows]]:
-        """Identity and rows of each case. Raises InputError for a file that has changed since the study was
+        """Identity and rows of each case. Raises InputError where a file has changed since the study was
         read."""
         done = [(name, case_rows(self.base, case, rooms_for(self))) for name, case in self.cases.items()]
         path, files = self.base.scene.path, self.base.files
         if contents((path.parent, self.base.folder), files) != files:
-            raise InputError(f"{path}: a file that it names is not what it was when the study was read. Give "
+            raise InputError(f"{path}: a file that it names has changed since the study was read. Give "
                              "the same command again.")
         return done
 
@@ -66,7 +66,7 @@ _kept: dict[str, TransportStore] = {}
 
 
 def rooms_for(batch: Batch) -> TransportStore:
-    """The form factors of a batch's base on this worker, kept from batch to batch of one base."""
+    """The store of form factors for a batch's base on this worker, shared by all batches of that base."""
     key = f"{batch.base.scene.geometry_key} {batch.cached}"
     if key not in _kept:
         _kept.clear()
@@ -116,7 +116,8 @@ def case_rows(base: Base, case: StudyCase, store: TransportStore) -> ReadingRows
 
 
 class Journal:
-    """The finished rooms of a study, one line a room; an incomplete or damaged line counts as not finished.
+    """The finished rooms of a study, one line for each; a room with an incomplete or damaged line counts as
+    not finished.
 
     study : path, relative to the journal's folder, of the study whose table lies beside it; None for an
         unknown one
@@ -235,7 +236,7 @@ def _each_on(cores: int) -> Iterator[None]:
 
 
 def _heed_parent() -> None:
-    """Let a worker ignore Ctrl-C, on which the parent ends its workers, and end itself when the parent
+    """Let a worker ignore Ctrl-C, because the parent then ends its workers, and let it end when the parent
     dies."""
     signal(SIGINT, SIG_IGN)
 

@@ -19,7 +19,8 @@ from renderer.transport.transport import Transport, compute_transport, refuse_hi
 TARGETS = (0.05, 0.01, 0.002)
 """Errors for which a setting is recommended."""
 PREFERENCE = ("31", "61", "16", "9", "6", "rgb-prefiltered", "rgb")
-"""Band sets in the order of preference at equal times and errors: the default, then those with most bands."""
+"""Band sets in the order of preference at equal times and errors: 31, then the others, those with most bands
+first."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class Tradeoff:
 
     @property
     def front(self) -> list[Setting]:
-        """Settings that no other one betters in both time and error, from the fastest on; errors below the
+        """Settings that no other setting beats in both time and error, the fastest first; errors below the
         floor count as equal."""
         kept: list[Setting] = []
         for setting in sorted(self.settings, key=lambda s: (s.seconds, s.error)):
@@ -85,9 +86,9 @@ class Tradeoff:
     def recommended(self, target: float) -> Setting | None:
         """The setting for an error of at most `target`, of those that the program itself can choose.
 
-        Of the settings within 10 % of the least time and within half of the target of the least error, the
-        preferred band set, then the fewest patches, then the least error. None where no setting, or not the
-        reference, reaches the target.
+        Of the settings within 10 % of the least time and with errors less than half the target above the
+        least, it is the one with the preferred band set, then the fewest patches, then the least error. None
+        where no setting reaches the target, or the reference's own error is larger.
         """
         own = "contour" if any(s.method == "contour" for s in self.settings) else "rays"
         within = [s for s in self.settings if s.error <= target and s.method == own
@@ -107,7 +108,8 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     Raises InputError for a scene without readings.
     """
     if not scene.photometers:
-        raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table: errors are those "
+        raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table: errors are "
+                         f"errors "
                          "of readings.")
     if not sum(lum.lumens for lum in scene.luminaires) > 0:
         raise InputError(f"{scene.path}: luminaires give no light, so there is no error to measure; add one, "
@@ -116,7 +118,7 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     plan = make_plan(scene, 0.01, None)
     own = scene.solver.patch_size
     plans = tried_plans(plan, own)
-    # Of that accuracy readings are by elements, as those of the settings are.
+    # With this accuracy, readings are by elements, as in the settings.
     finest = replace(plan, patch_size=min(p.patch_size for p in plans) / 2.0, rays=plan.rays and 4096,
                      accuracy=MIN_PROMISED_ACCURACY)
     make_plan(scene, 0.01, finest.patch_size)  # refuses what is too large
@@ -168,7 +170,7 @@ def asked_for(scene: Scene, plan: Plan) -> float | None:
 def _in_every_band_set(scene: Scene, plan: Plan, seed: int, truth) -> list[Setting]:
     """The settings of a plan in all band sets: median times and largest errors of three runs.
 
-    Each run draws rays of its own. Plans whose form factors take over 0.5 s have two runs.
+    Each run draws independent rays. Plans whose form factors take over 0.5 s have two runs.
     """
     store, geometry = TransportStore(), []
     seconds: dict[str, list[float]] = {name: [] for name in BAND_SETS}
@@ -214,7 +216,7 @@ def timed(work: Callable) -> tuple:
 
 
 def _apart(got: np.ndarray, truth: np.ndarray) -> float:
-    """Largest relative difference of readings (n,) from lit ones."""
+    """Largest relative difference of readings (n,) from true ones (n,); dark meters do not count."""
     lit = truth > 0
     return float(np.abs(got[lit] / truth[lit] - 1).max(initial=0.0))
 

@@ -23,7 +23,7 @@ from renderer.studies.peers.export import CannotRun
 
 @dataclass(frozen=True)
 class Asked:
-    """One accuracy [1].
+    """The result of one `--accuracy` [1].
 
     seconds : from the loaded scene to all readings
     bar : widest error bar of photometers and of grids' means and minima, relative to the reading
@@ -38,7 +38,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class AskedStudy:
-    """The accuracies of a scene.
+    """The results of all accuracies in a scene.
 
     floor : widest error bar of the reference, relative to the reading
     peers : error over time of other programs, for the room in RGB
@@ -58,15 +58,15 @@ def measure_asked(scene: Scene, seed: int, progress: Progress,
                   reference_mesh: float = 0.005) -> AskedStudy:
     """Read a scene with each accuracy, and in the peers that are installed.
 
-    reference_mesh : accuracy for the mesh and rays of a reference by paths, where they count only after a
-        reflection
+    reference_mesh : accuracy of the mesh for a reference by paths, in which its light counts only after a
+      further reflection
     """
     progress(f"{scene.title}: the reference for --accuracy")
     truth, bars, in_rgb, areas = _reference(scene, seed, "31", reference_mesh)
     lit = truth > 0
     found = []
     for accuracy in accuracies:
-        progress(f"{scene.title}: asked for {100 * accuracy:g} %")
+        progress(f"{scene.title}: --accuracy {100 * accuracy:g}%")
         value, bar, seconds = _timed_reading(scene, accuracy, seed)
         found.append(Asked(accuracy, seconds, _largest(bar[lit] / truth[lit]),
                            _largest(np.abs(value[lit] / truth[lit] - 1))))
@@ -98,10 +98,10 @@ def _figures(readings: list[Reading], areas: list[GridReading]) -> list:
 
 def _reference(scene: Scene, seed: int, bands: str, mesh: float
                ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Figures on a fine mesh by other random numbers, their error bars, and the figures in RGB [lx]; and the
-    read points of each grid."""
+    """Figures on a fine mesh with other random numbers, their error bars, and the figures in RGB [lx]; and
+    the points read in each grid."""
     draws = []
-    for draw in range(2):  # independent ones, for their mean
+    for draw in range(2):  # two independent draws, of which the mean is used
         solution = solve(scene, bands, seed=seed + 1 + draw, plan=_reference_plan(scene, mesh))
         readings, areas = _read(solution)
         rgb = [r.rgb_lx if bands == "31" else r.total_lx for r in readings]
@@ -110,7 +110,7 @@ def _reference(scene: Scene, seed: int, bands: str, mesh: float
         figures = _figures(readings, areas)
         draws.append([[f.value for f in figures], [f.uncertainty for f in figures], rgb])
         if not solution.plan.rays:
-            break  # exact factors: another draw is the same
+            break  # exact factors: another draw would be equal
     value, bar, rgb = np.mean(draws, axis=0)
     return value, bar / np.sqrt(len(draws)), rgb, [area.read for area in areas]
 

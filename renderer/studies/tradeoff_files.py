@@ -45,7 +45,7 @@ def recommendations(found: Tradeoff) -> Table:
 
 
 def _beyond(found: Tradeoff) -> str:
-    """The reason for no recommendation for a target below the reference's own error."""
+    """The reason why there is no recommendation for a target below the reference's own error."""
     return f"the reference is known to {_percent(found.floor)} only"
 
 
@@ -97,8 +97,8 @@ def _of_peers(found: Tradeoff) -> str:
 
 
 def _seconds_to(points: Sequence[tuple[float, float]], error: float) -> float:
-    """Time [s] from which on a curve of (seconds, error) stays within an error: between its points along
-    straight lines in logarithms, past its end as 1/√seconds."""
+    """Time [s] from which a curve of (seconds, error) stays within an error. Between points the curve is
+    straight in logarithms; past its end the error falls as 1/√seconds."""
     outside = [k for k, (_, e) in enumerate(points) if e > error]
     if not outside:
         return points[0][0]

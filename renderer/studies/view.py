@@ -1,4 +1,4 @@
-"""One room solved for a window in two band sets on one mesh, with the solutions that error bars need."""
+"""One room solved for a window, in two band sets on one mesh, with the solutions for error bars."""
 
 from pathlib import Path
 
@@ -24,7 +24,7 @@ def make_window(
     asked = solve(scene, bands, accuracy, seed, store, progress)
     other = "rgb" if asked.bands.name not in ("rgb", "rgb-prefiltered") else "31"
     solutions = (asked, solve_on(scene, scene.band_set(other), asked.plan, store, asked.transport))
-    progress(f"{scene.title}: what error bars of readings need")
+    progress(f"{scene.title}: solutions for error bars")
     for solution in solutions:  # computed now, so that the first click does not wait
         _ = solution.mesh_sequence, solution.by_bands
     drawn = window_content(solutions, progress)

@@ -27,19 +27,20 @@ class ComparedReading:
     peers: dict[str, Value]
 
     def difference(self, peer: str) -> float:
-        """Difference of ours from a peer's reading, relative to the peer's [1]; in lx where that is 0."""
+        """Difference of our reading from a peer's, relative to the peer's [1]; in lx where the peer's is
+        0."""
         return (self.ours.lx - self.peers[peer].lx) / (self.peers[peer].lx or 1.0)
 
     def agrees(self, peer: str) -> bool:
-        """Whether ours and a peer's reading differ by at most 0.5 % or the peer's error bar."""
+        """Whether our reading and a peer's differ by at most 0.5 % or the peer's error bar."""
         other = self.peers[peer]
         return abs(self.ours.lx - other.lx) <= max(0.005 * other.lx, other.half_width)
 
     def within_bars(self, peer: str) -> bool:
         """Whether both error bars together, and chance, account for the difference.
 
-        The limit is 1.7 combined 95 % bars (3.3 standard errors instead of 1.96, Bonferroni): of 52
-        comparisons chance then takes one beyond it in one run of twenty.
+        The limit is 1.7 combined 95 % bars (3.3 standard errors instead of 1.96, Bonferroni): by chance, one
+        of 52 comparisons then exceeds it in one run of twenty.
         """
         other = self.peers[peer]
         both = hypot(self.ours.half_width, other.half_width)

@@ -1,4 +1,5 @@
-"""Error of the peers over time, with all meters of a room in one run, the way of an experienced user."""
+"""Error of the peers against time, with all meters of a room in one run, as an experienced user would run
+them."""
 
 import os
 import tempfile
@@ -29,8 +30,8 @@ class PeerCurve:
     """The curve of one program.
 
     version : of its package
-    points : time [s] from the loaded scene to all readings, and largest relative error, from the fewest paths
-        on
+    points : time [s] from the loaded scene to all readings, and largest relative error; the fewest paths
+    first
     """
 
     name: str

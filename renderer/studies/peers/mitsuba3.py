@@ -1,10 +1,10 @@
 """Readings of a room in Mitsuba 3 (W. Jakob et al., Mitsuba 3 renderer, 2022, mitsuba-renderer.org).
 
-It is an unbiased path tracer with next-event estimation and Russian roulette, without a limit of bounces. A
+It is an unbiased path tracer with next-event estimation and Russian roulette, without a limit on bounces. A
 meter is a small white Lambertian tile under a narrow camera: its luminance is E/π, and its first bounce is
 sampled like every other. Each pixel is an independent estimate with stratified paths (correlated
 multi-jittered: 1.4 to 5 times narrower bars in the same time). Mitsuba works in single precision and starts
-rays some 1e-4 of their distance from the room's centre off a surface, which changes a reading by about 0.01
+rays about 1e-4 of their distance from the room's centre off a surface, which changes a reading by about 0.01
 %.
 """
 
@@ -39,7 +39,8 @@ from renderer.studies.peers.export import (
 
 NAME = "Mitsuba 3"
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
-"""Compiled for this processor, about ten times as fast, or plain C++, which needs no LLVM."""
+"""Mitsuba's variants: compiled for this processor (about ten times as fast), and plain C++, which needs no
+LLVM."""
 TILE_PIXELS = 16
 PATHS = 1024
 """Paths a pixel in one pass of one meter."""
@@ -109,7 +110,7 @@ def read(room: Handover, meter: PeerMeter, stream: int, precision: float = PEER_
          seconds: float = PEER_SECONDS) -> Value:
     """Trace passes until the reading is precise enough or the time is over.
 
-    stream : number of the reading, for random numbers of its own
+    stream : number of the reading, for independent random numbers
     precision : half-width, relative to the reading
     seconds : limit of time [s]
     """
@@ -132,7 +133,7 @@ def read_all(room: Handover, stream: int, aim: list[float], seconds: float) -> l
     """Read all meters of a room at once, as pixels of one batch sensor, until all are precise enough or the
     time is over.
 
-    stream : number of the room, for random numbers of its own
+    stream : number of the room, for independent random numbers
     aim : sufficient half-width of each meter [lx]
     seconds : limit of time [s]
     """
@@ -149,10 +150,11 @@ def read_all(room: Handover, stream: int, aim: list[float], seconds: float) -> l
 
 def read_growing(room: Handover, stream: int, paths: tuple[int, ...], seconds: float
                  ) -> list[tuple[float, np.ndarray]]:
-    """All meters of a room at once: after each pass, seconds since the first began and the mean of all paths
-    so far (n_meters,) [lx].
+    """Read all meters of a room at once. Returns for each pass the seconds since the first began, and the
+    mean of all paths so far (n_meters,) [lx].
 
-    paths : a pixel of each pass, the last again and again; seconds : after which no more begins
+    paths : number for a pixel in each pass; the last number is repeated
+    seconds : time after which no further pass begins
     """
     found, total, traced = [], np.zeros(len(room.meters)), 0
     started = time.perf_counter()

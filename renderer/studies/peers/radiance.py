@@ -48,7 +48,7 @@ def readings_in_radiance(scenes: list[Scene], progress: Progress) -> list[list[V
 
 @contextmanager
 def running() -> Iterator[None]:
-    """What keeps Radiance from running, as one sentence. Raises CannotRun."""
+    """A context in which errors of Radiance's programs become CannotRun, with one sentence."""
     try:
         yield
     except (ImportError, OSError, RuntimeError, CalledProcessError) as error:
@@ -76,7 +76,7 @@ def write_octree(room: Handover, folder: Path) -> Path:
 
 def read(octree: Path, meter: PeerMeter, luminous: np.ndarray, precision: float = PEER_PRECISION,
          seconds: float = PEER_SECONDS) -> Value:
-    """Read a meter with as many rays as precision and time allow, by the cost and spread of 128 first rays.
+    """Read a meter with the number of rays that precision and time allow, estimated from 128 first rays.
 
     precision : half-width, relative to the reading
     seconds : limit of time [s]
@@ -93,7 +93,7 @@ def read(octree: Path, meter: PeerMeter, luminous: np.ndarray, precision: float 
 
 
 def read_many(octree: Path, meters: list[PeerMeter], luminous: np.ndarray, rays: int) -> np.ndarray:
-    """Readings (n_meters,) [lx] by `rays` independent rays a meter, in one run."""
+    """Readings (n_meters,) [lx] by `rays` independent rays for each meter, in one run."""
     return (_trace_all(octree, meters, rays) @ luminous).mean(axis=1)
 
 

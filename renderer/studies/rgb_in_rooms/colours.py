@@ -18,10 +18,11 @@ from renderer.studies.rgb_in_rooms.palettes import PALETTES
 from renderer.studies.rgb_in_rooms.run import LAMP_DEPENDENT_MODELS, StudiedRoom, lamp_models
 
 COLOUR_QUANTITIES = ("x, y", "CCT", "R_a", "melanopic EDI")
-"""Distance in the chromaticity diagram, difference in K, in points and in per cent."""
+"""Compared quantities: distance in the chromaticity diagram, and differences in K, in points and in per
+cent."""
 MODELS_WITH_COLOUR = ("rgb", "prefiltered", "9", "16", "31")
-"""Models with a colour; the first two have no spectrum, and so only x, y and CCT. The six nodes have only
-lumens."""
+"""Models that give colour. The first two have no spectrum, and so only x, y and CCT; the six nodes, which
+have only lumens, are missing."""
 
 
 @dataclass(frozen=True)

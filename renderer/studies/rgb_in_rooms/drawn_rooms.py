@@ -1,4 +1,5 @@
-"""Random rooms by a stated rule: offices, classrooms, corridors, shops and homes, with furniture and lamps.
+"""Random offices, classrooms, corridors, shops and homes, with furniture and lamps, drawn by a published
+rule.
 
 Proportions and furniture are those of common rooms of each kind; docs/answer.md shows the ranges of
 DRAWN_KINDS. All luminaires of one room are of one kind and have the same lumens.

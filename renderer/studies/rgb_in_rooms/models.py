@@ -1,7 +1,7 @@
-"""Models of colour: the bands for a lamp's lumens and a paint's curve.
+"""Models of colour: bands with reflectances of paints and shares of a lamp's lumens.
 
-A model is a set of columns, one a band, with reflectances of the surfaces and a share of the lamp's lumens. A
-room has a gain for each column; the model's reading is the sum of shares times gains.
+A room has a gain (reading per lumen) for the reflectances in each band. The reading of a model is the sum of
+shares times gains.
 """
 
 from dataclasses import dataclass

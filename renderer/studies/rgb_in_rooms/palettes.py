@@ -1,4 +1,4 @@
-"""Paints for the study's rooms: three palettes of measured chips, by a stated rule.
+"""Paints for the study's rooms: three palettes of measured Munsell chips, drawn by a published rule.
 
 architectural : walls, floor and furniture of Munsell chroma 4 or less, luminous reflectances within the
     ranges of EN 12464-1:2021 (ceiling 0.7 to 0.9, walls 0.5 to 0.8, floor 0.2 to 0.6, furniture 0.2 to

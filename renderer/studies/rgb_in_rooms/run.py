@@ -1,4 +1,4 @@
-"""The runs of the study: one room at a time on all cores or on Dask workers, each recorded when it is
+"""The run of the study: one room at a time on all cores or on Dask workers. Each room is recorded when it is
 finished."""
 
 import hashlib
@@ -23,7 +23,7 @@ from renderer.system.cache import program
 from renderer.system.files import whole_file
 
 PACKAGED_ROOMS = ("grey_room", "furnished_room", "l_shaped", "office", "classroom", "gallery")
-"""Packaged rooms for the study's paints, lamps and meters; the red rooms are missing, with the shape of the
+"""Packaged rooms for the study's paints, lamps and meters, without the red rooms, which have the shape of the
 grey one."""
 PAINTINGS = (4, 4, 4)
 """Paintings of each room: architectural, accent, extreme."""
@@ -61,7 +61,7 @@ def studied(task: RoomTask) -> dict[str, np.ndarray]:
     direct : (4,) READINGS of direct light per lumen
     gains_61, gains_31, gains_16, gains_9, gains_rgb : (n_paintings, 4, n_bands) READINGS of reflected light
         per lumen in each band
-    gains_6, gains_prefiltered : (n_paintings, n_lamps, 4, n_bands), likewise for LAMP_DEPENDENT_MODELS
+    gains_6, gains_prefiltered : (n_paintings, n_lamps, 4, n_bands) gains for LAMP_DEPENDENT_MODELS
     one_paint : (4, 16) indirect gains of the room in one paint, at Chebyshev points of its reflectance
     mean_rgb : (n_paintings, 3) mean linear BT.709 reflectance of all surfaces by area
     geometry_seconds : processor time [s] of form factors, direct light and meters
@@ -197,9 +197,9 @@ def run_study(rooms: int, seed: int, out: Path, scheduler: str | None, progress:
 
     rooms : number of drawn rooms, beside the packaged ones
 
-    Every 11th room is also solved with twice the patches and other rays, for the numerical error: 11 shares
-    no factor with the numbers of kinds and lightings, so that rooms of each are checked.
-    Returns the folder. Raises InputError or SolveError.
+    Every 11th room is also solved with twice the patches and other rays, for the numerical error. 11 has no
+    factor in common with the numbers of kinds and lightings, so that rooms of each are checked. Returns the
+    folder. Raises InputError or SolveError.
     """
     folder = out / f"study_{program_and_rule(seed)}"
     tasks = [RoomTask(-k, seed) for k in range(1, len(PACKAGED_ROOMS) + 1)]
@@ -220,7 +220,7 @@ def run_study(rooms: int, seed: int, out: Path, scheduler: str | None, progress:
 
 
 def program_and_rule(seed: int) -> str:
-    """Digest, in eight letters, of the program and the seed that the rooms depend on."""
+    """Digest, in eight characters, of the program and the seed."""
     return hashlib.blake2b(f"{program()} {seed}".encode(), digest_size=4).hexdigest()
 
 

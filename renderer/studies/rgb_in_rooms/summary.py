@@ -19,7 +19,7 @@ from renderer.studies.rgb_in_rooms.palettes import PALETTES, chips
 from renderer.studies.rgb_in_rooms.run import StudiedRoom, lamp_models
 
 ERROR_BOUNDS = (5.0, 10.0, 20.0)
-"""Bounds of the error [%] against 61 bands."""
+"""Bounds on the error [%] against 61 bands."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Rule:
     warned : share [%] of readings with a prediction of 5 % or more
     alarmed : share [%] of these readings with an error below 2.5 %
     low, high : multiples of the prediction that enclose the errors of two thirds of these readings
-    means_… : the same for a room's mean over task, floor and eye, the quantity that `plan` shows
+    means_… : explained, missed and so on, for a room's mean over task, floor and eye, which `plan` shows
     other_low, other_high : errors [%] that enclose 90 % of the readings in rooms that favour green or blue,
         where the excess is above 5 %
 
@@ -113,8 +113,8 @@ class Rule:
 
 
 def fitted_rule(readings: Readings) -> Rule:
-    """The rule, fitted to the even-numbered drawn rooms and tested on the odd-numbered ones; only
-    illuminances."""
+    """The rule, fitted to illuminances in the even-numbered drawn rooms and tested on the odd-numbered
+    ones."""
     used = readings.where((readings.room >= 0) & (readings.reading != READINGS.index("walls")))
     fit, held = (used.where((used.room % 2 == part) & used.red) for part in (0, 1))
     shares = np.array([lamp_models()[lamp]["rgb"].shares[0] for lamp in LAMPS])
@@ -159,8 +159,8 @@ def numerical_errors(rooms: list[StudiedRoom]) -> tuple[np.ndarray, np.ndarray]:
     """Numerical errors (n,) of RGB's error [percentage points] and of the readings themselves [%], over all
     readings of the rooms that were solved on two meshes.
 
-    An error goes with the area of a patch, so it is twice the change from the usual mesh to one with twice
-    the patches.
+    Errors are proportional to the area of a patch, so they are twice the change from the usual mesh to one
+    with twice the patches.
     """
     usual = {room.number: room for room in rooms if not room.fine}
     of_rgb, of_readings = [np.zeros(0)], [np.zeros(0)]

@@ -1,6 +1,6 @@
 """Cases at the limits: reflectances of 0 and 1, rooms of a millimetre and ten kilometres, faulty geometry.
 
-Each case is right within a stated tolerance, or is refused with one sentence.
+In each case the result is right within a stated tolerance, or the input is refused with one sentence.
 """
 
 from collections.abc import Callable
@@ -53,7 +53,7 @@ def reflectances(folder: Path) -> list[Case]:
             solution = solve(box_scene(folder, POINT_LAMP + objects, rho=rho), "rgb", 0.05)
             areas = solution.transport.exchange.areas
             expected = 10000 / areas.sum() / (1 - rho)
-            # The solver stops at 1e-11 of the right side, which 1/(1 − ρ) enlarges.
+            # The solver stops at a residual of 1e-11, which 1/(1 − ρ) enlarges.
             rows.append(case(f"ρ = {rho:.10g}{name}", "mean total", expected, _mean(solution),
                              (1e-9 + 1e-11 / (1 - rho)) * expected, "lx", "Φ/(S(1 − ρ))"))
     one = box_scene(folder, POINT_LAMP, rho=0.5, faces='ceiling = "white"')
@@ -77,7 +77,7 @@ def reflectances(folder: Path) -> list[Case]:
 
 
 def sizes(folder: Path) -> list[Case]:
-    """Lux follow the square of the scale; nothing depends on place or turn."""
+    """Illuminance falls as the square of the scale, and does not depend on the room's place and direction."""
     case, rows = partial(Case, "Size, place and turn"), []
     base = _total(box_scene(folder, _scaled(1.0) + CRATE + FLOOR_METER))
     tolerance = 1e-4

@@ -14,7 +14,8 @@ from renderer.studies.validation.photometry import PUBLISHED_VALUES
 
 
 def lines_of_light(folder: Path) -> list[Case]:
-    """Lumens of a line go by V at its wavelength; lamps of several lines are lamps of one line each."""
+    """Lumens of a spectral line follow V(λ) at its wavelength; a lamp of several lines equals several lamps
+    of one line."""
     v, rows = cie_1931()[1][:, 1], []
     for nm in (446, 555, 589, 654):
         _line(folder, nm)

@@ -196,8 +196,9 @@ def planes(folder: Path) -> list[Case]:
             for name, expected in (("floor", 1 / (1 - rho**2)), ("ceiling", rho / (1 - rho**2))):
                 at = np.flatnonzero(names == name)
                 got = received[at[middle[at].argmin()], 0]
-                # A crossing loses the share of the middle's view past the plate's edge, and light from beside
-                # it up to twice that. The mean number of crossings to the floor is Σ 2k ρ^2k / Σ ρ^2k.
+                # At each crossing, light from the middle loses the share of its view past the plate's edge,
+                # and light from elsewhere up to twice that. The mean number of crossings to the floor is Σ 2k
+                # ρ^2k / Σ ρ^2k.
                 crossings = 2 * rho**2 / (1 - rho**2) + (name == "ceiling")
                 lost = 2 * (1 - _above_middle(width)) * crossings
                 rows.append(Case("Wide plates", f"ρ = {rho:g}, {width} × {width} × 1 m", name, expected,
@@ -215,7 +216,7 @@ def _above_middle(width: float) -> float:
 
 
 def furnace(folder: Path) -> list[Case]:
-    """White furnace: where every surface sends 1 − ρ of its own, each receives 1."""
+    """White furnace: where every surface emits 1 − ρ, each receives 1."""
     crate = solid("box", (0.5, 1, 0), (1.2, 0.7, 1.5))
     rows = []
     for name, objects in (("empty", ""), ("with a crate", crate)):

@@ -10,8 +10,8 @@ from renderer.studies.validation.exact.rooms import EXACT_ROOM_KINDS
 from renderer.studies.validation.photometry import PUBLISHED_VALUES, UP
 
 BARS_ALLOWED = 2.0
-"""Error bars that a reading may be off: of forty readings one passes that, 3.9 standard errors, once in 250
-runs."""
+"""Largest error of a reading in error bars. At this limit (3.9 standard errors) one of forty readings fails
+by chance once in 250 runs."""
 
 
 def below_an_uplight(_folder: Path) -> list[Case]:

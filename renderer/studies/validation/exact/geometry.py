@@ -1,6 +1,6 @@
 """Convex bodies, their shadows on a plane, and form factors past a body.
 
-It is independent of the code under test: it shares nothing with `transport`.
+It is independent of the code under test and shares nothing with `transport`.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
 """Two parallel reflecting faces between black walls, under a point lamp, with all bounces.
 
-Without objects between the faces, kernel and light are smooth, and Nyström's method on Gauss' nodes converges
-as a power of the number of nodes (K. E. Atkinson, The Numerical Solution of Integral Equations of the Second
-Kind, 1997, ch. 4).
+Without objects between the faces, kernel and light are smooth, and the error of Nyström's method on Gauss'
+nodes falls as a power of the number of nodes (K. E. Atkinson, The Numerical Solution of Integral Equations of
+the Second Kind, 1997, ch. 4).
 """
 
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ class ParallelFaces:
     """Two rectangles (4, 3) [m] that face each other, with their reflectances, and a point lamp between
     them.
 
-    nodes : along each side. Where lamps are at least a third of the gap from either face, and sides are up to
-        two gaps long, 24 nodes give the results of 32 within 1e-7.
+    nodes : number along each side. For lamps at least a third of the gap from either face, and sides up to
+      two gaps long, 24 nodes give the results of 32 within 1e-7.
     """
 
     lamp: Lamp

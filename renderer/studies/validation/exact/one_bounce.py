@@ -76,7 +76,7 @@ class OneBounce:
         return float(lamp.illuminance(position[None], normal, body)[0])
 
     def _before(self, lamp: Lamp) -> ConvexBody | None:
-        """The body before a flat lamp; None for none. Raises ValueError for several."""
+        """The body in front of a flat lamp, or None. Raises ValueError for several."""
         some = [b for b in self.bodies
                 if ((np.concatenate(b.faces) - lamp.outline[0]) @ normal_of(lamp.outline)).max() > 1e-9]
         if len(some) > 1:
@@ -84,7 +84,7 @@ class OneBounce:
         return some[0] if some else None
 
     def _reflected(self, position: np.ndarray, normal: np.ndarray, polygon: np.ndarray, rho: float) -> float:
-        """Illuminance [lx] by way of one face."""
+        """Illuminance [lx] by light that one face reflects."""
         plane, lamp = Plane(polygon), self.lamp
         if plane.height(position) <= 1e-9:
             return 0.0

@@ -100,7 +100,7 @@ def _flat(random, size: np.ndarray, up: bool, disc: bool = False) -> Lamp:
     """An uplight or a pendant."""
     extent = random.uniform(0.08, 0.3, 2) * size[:2].min()
     center = random.uniform([0.3, 0.3, 0.4], [0.7, 0.7, 0.8]) * size
-    if disc:  # a 64-gon of its area, as in the program: 1e-4 of the light nearby differs
+    if disc:  # a 64-gon of its area, as in the program; light nearby differs by 1e-4 from a disc's
         angle = 2 * np.pi * np.arange(64) / 64
         swell = np.sqrt(2 * np.pi / 64 / np.sin(2 * np.pi / 64))
         rim = extent[0] / 2 * swell * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
