@@ -137,7 +137,7 @@ def test_a_room_is_the_same_wherever_it_is_called_from_and_not_with_another_prog
 def test_a_file_changed_under_way_stops_the_sweep(painted, one_process):
     read = study(painted, text=PAINTS.format(scenes='["a.toml"]'))
     (painted / "p2.csv").write_text("wavelength_nm,reflectance\n400,0.9\n700,0.9\n")
-    with pytest.raises(InputError, match="not what it was when the study was read"):
+    with pytest.raises(InputError, match="has changed since the study was read"):
         run_sweep(read, painted, False, None, lambda step: None)
 
 
