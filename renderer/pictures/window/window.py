@@ -120,7 +120,7 @@ class Window:
     def refresh(self) -> None:
         """Draw colours, legend and lines anew."""
         mapper, top = self.room.mapper, self.content.tops.get(self.mode)
-        mapper.array_name = f"{self.mode} {self.which}"
+        mapper.SelectColorArray(f"{self.mode} {self.which}")  # by name in pyvista of every version
         mapper.color_mode = "direct" if top is None else "map"
         if top is not None:
             mapper.scalar_range = (0, top)
