@@ -32,7 +32,7 @@ class _Reader:
 
     def __init__(self, scene: RadianceScene, path: Path):
         self.scene, self.path = scene, path
-        self.found = Imported(path.stem, notes=["One unit of the file is taken for a metre, its colours for "
+        self.found = Imported(path.stem, notes=["One unit of the file is read as a metre, its colours as "
                                                  "linear BT.709 reflectances"])
         self.defined: dict[str, Primitive] = {}
         self.skipped: dict[str, int] = defaultdict(int)

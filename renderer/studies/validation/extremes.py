@@ -105,7 +105,7 @@ def sizes(folder: Path) -> list[Case]:
     still, moved = (_bent(folder, turn, far) for turn, far in ((0.0, 0.0), (33.0, 1e6)))
     rows.append(case("L-shaped, turned by 33°, moved by 1e+06 m", "total", still.total_lx,
                      moved.total_lx, still.uncertainty + moved.uncertainty, "lx",
-                     "both error bars: its rays are cast anew"))
+                     "both error bars; its rays differ"))
     for size, name in (((1, 1, 1000), "corridor"), ((1000, 1000, 1), "slab")):
         for what, objects in (("", ""), (" with a crate", solid("box", np.multiply((0.3, 0.3, 0), size),
                                                               np.minimum(0.3, size)))):
@@ -170,7 +170,7 @@ def lamps_and_meters(folder: Path) -> list[Case]:
         reading, beside = (solution.photometer(p, UP) for p in (spot, inside))
         rows.append(case(f"meter {name}", "total", beside.total_lx, reading.total_lx,
                          0.004 * beside.total_lx + reading.uncertainty + beside.uncertainty, "lx",
-                         "1 mm beside it, where light differs by its slope and both error bars"))
+                         "1 mm beside it; the tolerance is the light's slope and both error bars"))
     on_lamp = solution.photometer([2, 2, 3], [0, 0, -1])
     rows.append(case("meter on the lamp", "direct", 0.0, on_lamp.direct_lx, 0.0, "lx",
                      "a lamp does not light its own face"))
@@ -200,7 +200,7 @@ def objects(folder: Path) -> list[Case]:
     dark = solve(box_scene(folder, POINT_LAMP.replace("2, 2, 2", "1, 2, 2") + wall + meter(3, 2, 0)), "rgb",
                  0.1)
     rows.append(case("behind a partition of 0.1 mm", "total", 0.0, dark.photometers()[0].total_lx, 1e-9,
-                     "lx", "nothing gets through"))
+                     "lx", "no light passes"))
     rows.append(case("a sheet of 1 µm", "refused", "Make it thicker", refusal(
         lambda: box_scene(folder, POINT_LAMP + solid("box", (2, 0, 0), (1e-6, 4, 3))))))
     return rows + _meshes(folder, case)
@@ -273,7 +273,7 @@ def meshes_and_spectra(folder: Path) -> list[Case]:
             lamp = POINT_LAMP + 'spectrum = "laser.csv"\n'
             solution = solve(box_scene(folder, lamp), bands, 0.05)
             rows.append(case(f"a line of 1 nm at {nm} nm, {bands}", "mean total", 250.0, _mean(solution),
-                             250 * BALANCE_TOLERANCE, "lx", "Φ/(S(1 − ρ)): a grey room knows no colour"))
+                             250 * BALANCE_TOLERANCE, "lx", "Φ/(S(1 − ρ)): a grey room reflects all bands equally"))
     noisy = "\n".join(f"{x},{0.5 - 0.503 * (x % 20 == 0)}" for x in range(380, 781, 5))
     (folder / "noisy.csv").write_text("wavelength_nm,reflectance\n" + noisy + "\n")
     scene = box_scene(
@@ -311,5 +311,5 @@ def single_precision(folder: Path) -> list[Case]:
     for k, reading in zip((1.1, 1.2, 1.3, 1.4, 1.5), readings[1:], strict=True):
         rows.append(Case("Single precision", f"the same rays, {k:g} times as large", "total × scale²",
                          readings[0], reading, 1e-4 * readings[0], "lx",
-                         "the same random numbers; what differs is the rounding of rays"))
+                         "equal random numbers; only the rounding of rays differs"))
     return rows

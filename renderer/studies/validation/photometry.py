@@ -155,7 +155,7 @@ def closed_rooms(folder: Path) -> list[Case]:
             mean = areas @ solution.irradiance @ solution.bands.luminous / areas.sum()
             expected = 10000 / areas.sum() / (1 - rho)
             rows.append(Case("Closed rooms", f"{name}, ρ = {rho:g}", "mean total", expected, float(mean),
-                             BALANCE_TOLERANCE * expected, "lx", "Φ/(S(1 − ρ)), what is emitted is absorbed"))
+                             BALANCE_TOLERANCE * expected, "lx", "Φ/(S(1 − ρ)), emitted and absorbed flux are equal"))
             rows.append(Case("Closed rooms", f"{name}, ρ = {rho:g}", "energy balance", 0.0,
                              solution.energy_balance_error, BALANCE_TOLERANCE))
     return rows
@@ -203,7 +203,7 @@ def planes(folder: Path) -> list[Case]:
                 lost = 2 * (1 - _above_middle(width)) * crossings
                 rows.append(Case("Wide plates", f"ρ = {rho:g}, {width} × {width} × 1 m", name, expected,
                                  float(got), (lost + PHOTOMETRIC_TOLERANCE) * expected, "E_D",
-                                 "two infinite planes, W. E. Sumpner 1892; the tolerance is what leaves "
+                                 "two infinite planes, W. E. Sumpner 1892; the tolerance is the light that leaves "
                                  "through the sides"))
     return rows
 
@@ -226,5 +226,5 @@ def furnace(folder: Path) -> list[Case]:
         received = radiosity(transport.exchange, rho, (1 - rho) / rho)[1][transport.exchange.areas > 0]
         worst = received.ravel()[np.abs(received - 1).argmax()]
         rows.append(Case("White furnace", name, "irradiance farthest from 1", 1.0, float(worst), 1e-6,
-                         source="every surface sends 1 − ρ and so all receive 1, whatever ρ"))
+                         source="every surface emits 1 − ρ, so all receive 1 for any ρ"))
     return rows
