@@ -273,7 +273,7 @@ def meshes_and_spectra(folder: Path) -> list[Case]:
             lamp = POINT_LAMP + 'spectrum = "laser.csv"\n'
             solution = solve(box_scene(folder, lamp), bands, 0.05)
             rows.append(case(f"a line of 1 nm at {nm} nm, {bands}", "mean total", 250.0, _mean(solution),
-                             250 * BALANCE_TOLERANCE, "lx", "Φ/(S(1 − ρ)): a grey room reflects all bands equally"))
+                             250 * BALANCE_TOLERANCE, "lx", "Φ/(S(1 − ρ)); a grey room, without colour"))
     noisy = "\n".join(f"{x},{0.5 - 0.503 * (x % 20 == 0)}" for x in range(380, 781, 5))
     (folder / "noisy.csv").write_text("wavelength_nm,reflectance\n" + noisy + "\n")
     scene = box_scene(

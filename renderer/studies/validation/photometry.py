@@ -155,7 +155,7 @@ def closed_rooms(folder: Path) -> list[Case]:
             mean = areas @ solution.irradiance @ solution.bands.luminous / areas.sum()
             expected = 10000 / areas.sum() / (1 - rho)
             rows.append(Case("Closed rooms", f"{name}, ρ = {rho:g}", "mean total", expected, float(mean),
-                             BALANCE_TOLERANCE * expected, "lx", "Φ/(S(1 − ρ)), emitted and absorbed flux are equal"))
+                             BALANCE_TOLERANCE * expected, "lx", "Φ/(S(1 − ρ)); absorbed is emitted flux"))
             rows.append(Case("Closed rooms", f"{name}, ρ = {rho:g}", "energy balance", 0.0,
                              solution.energy_balance_error, BALANCE_TOLERANCE))
     return rows
@@ -203,7 +203,7 @@ def planes(folder: Path) -> list[Case]:
                 lost = 2 * (1 - _above_middle(width)) * crossings
                 rows.append(Case("Wide plates", f"ρ = {rho:g}, {width} × {width} × 1 m", name, expected,
                                  float(got), (lost + PHOTOMETRIC_TOLERANCE) * expected, "E_D",
-                                 "two infinite planes, W. E. Sumpner 1892; the tolerance is the light that leaves "
+                                 "two infinite planes, W. E. Sumpner 1892; the tolerance is the light lost "
                                  "through the sides"))
     return rows
 
