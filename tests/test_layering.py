@@ -66,8 +66,7 @@ def test_single_precision_is_where_it_was_measured_harmless():
     assert known == {module(path) for path in FILES if "float32" in path.read_text()}
 
 
-IMPORTED_WHEN_USED = {"scene.model_files.three_mf", "studies.validation.extremes",
-                      "studies.validation.photometry"}
+IMPORTED_WHEN_USED = {"studies.validation.extremes", "studies.validation.photometry"}
 """Modules that functions import, and that import trimesh at once."""
 
 

@@ -231,3 +231,24 @@ def test_boxes_that_fill_a_block_are_one_solid(tmp_path):
 
 
 # -- fuzzing -----------------------------------------------------------------------------------------
+
+
+def test_a_second_skin_wound_inward_in_the_place_of_a_box_is_no_cavity(tmp_path):
+    outer, skin = box([0, 0, 0], [1, 1, 1]), box([0, 0, 0], [1, 1, 1])
+    skin.vertices += np.random.default_rng(3).normal(scale=1e-5, size=skin.vertices.shape)
+    found = model(written(tmp_path, outer, skin, invert=[1]))
+    assert volume(found) == pytest.approx(2.0, abs=1e-3)  # each of 1 m³; air is outside both
+    assert found.shapes.turned == 12
+
+
+def test_a_surface_that_crosses_itself_is_of_sheets(tmp_path):
+    # A prism over a figure of eight: one of its lobes is wound inward, whichever way the whole is.
+    ring = np.array([(0, 0), (2, 2), (2, 0), (0, 2), (-1, 1)], dtype=float)
+    points = [(*corner, z) for z in (0, 1) for corner in ring] + [(0.2, 1.3, 0), (0.2, 1.3, 1)]
+    faces = [face for k in range(5) for j in [(k + 1) % 5] for face in (
+        (k, j, j + 5, k + 5), (j, k, 10), (k + 5, j + 5, 11))]
+    lines = ["v {} {} {}".format(*point) for point in points]
+    lines += ["f " + " ".join(str(k + 1) for k in face) for face in faces]
+    (tmp_path / "eight.obj").write_text("\n".join(lines))
+    found = model(tmp_path / "eight.obj")
+    assert (solids(found), sheets(found)) == (0, 20)

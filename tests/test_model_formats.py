@@ -2,6 +2,7 @@
 
 import base64
 import contextlib
+import io
 import json
 import struct
 import zipfile
@@ -137,12 +138,6 @@ def test_collada_says_its_unit_and_its_axis(tmp_path):
         model(tmp_path / "angle.dae")
 
 
-def test_3mf_is_in_millimetres(tmp_path):
-    pytest.importorskip("lxml")
-    box([0, 0, 0], [100, 200, 300]).export(tmp_path / "crate.3mf")
-    assert volume(model(tmp_path / "crate.3mf")) == pytest.approx(0.006)
-
-
 @pytest.mark.parametrize(("name", "data", "word"), [
     ("chair.skp", b"x", "SketchUp"), ("chair.fbx", b"x", "FBX"), ("chair.xyz", b"x", "not read"),
     ("chair.gltf", b'{"asset": {"version": "1.0"}}', "glTF 1.0"),
@@ -181,10 +176,11 @@ def test_no_file_outside_the_folder_is_read(tmp_path, name):
 def samples() -> dict[str, bytes]:
     """A small file of each kind; the glTF file needs none beside it."""
     solid = box([0, 0, 0], [1, 2, 3])
-    files = {kind: solid.export(file_type=kind) for kind in ("obj", "ply", "stl", "glb", "3mf")}
+    files = {kind: solid.export(file_type=kind) for kind in ("obj", "ply", "stl", "glb")}
     root, binary = _chunks(files["glb"])
     root["buffers"][0]["uri"] = "data:;base64," + base64.b64encode(binary).decode()
-    files |= {"dae": COLLADA, "obj": CHAIR, "gltf": json.dumps(root)}
+    files |= {"dae": COLLADA, "obj": CHAIR, "gltf": json.dumps(root), "3mf": package(
+        '<item objectid="1"/>', f'<object id="1">{TETRAHEDRON}</object>')}
     return {kind: data.encode() if isinstance(data, str) else data for kind, data in files.items()}
 
 
@@ -252,27 +248,84 @@ def test_collada_without_a_colour_or_with_a_missing_texture_is_not_black(tmp_pat
     assert "a texture of it cannot be read" in found.said
 
 
-def test_3mf_components_transforms_and_units(tmp_path):
-    pytest.importorskip("lxml")
-    space = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
-    corners = [(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)]
-    mesh = ("<mesh><vertices>" + "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in corners)
-            + "</vertices><triangles>" + "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in (
-                (0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))) + "</triangles></mesh>")
-    text = (f'<model unit="inch" xmlns="{space}"><resources><object id="1" type="model">{mesh}</object>'
-            '<object id="2" type="model"><components>'
-            '<component objectid="1" transform="2 0 0 0 2 0 0 0 2 0 0 0"/>'
-            '<component objectid="1" transform="-1 0 0 0 1 0 0 0 1 9 0 0"/></components></object>'
-            f'<object id="3" type="model">{mesh}</object></resources>'
-            '<build><item objectid="2" transform="0 1 0 -1 0 0 0 0 1 0 0 5"/></build></model>')
-    base = "http://schemas.openxmlformats.org/package/2006"
-    with zipfile.ZipFile(tmp_path / "parts.3mf", "w") as archive:
-        archive.writestr("[Content_Types].xml", f'<Types xmlns="{base}/content-types"/>')
-        archive.writestr("_rels/.rels", f'<Relationships xmlns="{base}/relationships"><Relationship Id="r" '
-                         'Target="/3D/3dmodel.model" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/'
-                         '3dmodel"/></Relationships>')
-        archive.writestr("3D/3dmodel.model", text)
-    found = model(tmp_path / "parts.3mf")
-    assert volume(found) == pytest.approx(9 * 0.0254**3)  # one of twice the size, one mirrored
+TETRAHEDRON = "".join(("<mesh><vertices>", *(
+    f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in ((0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3))),
+    "</vertices><triangles>", *(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in (
+        (0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))), "</triangles></mesh>"))
+
+
+def package(build, *objects, other="", unit=' unit="inch"') -> bytes:
+    """A 3MF file of a main part and of another part with objects."""
+    space = ('xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" '
+             'xmlns:p="http://schemas.microsoft.com/3dmanufacturing/production/2015/06"')
+    relations = ('<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+                 '<Relationship Id="r" Target="/3D/3dmodel.model" '
+                 'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>')
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w") as archive:
+        archive.writestr("_rels/.rels", relations)
+        for name, some, items in (("3dmodel", "".join(objects), build), ("other", other, "")):
+            archive.writestr(f"3D/{name}.model", f"<model{unit} {space}><resources>{some}</resources>"
+                                                 f"<build>{items}</build></model>")
+    return data.getvalue()
+
+
+def in_3mf(tmp_path, *args, **parts):
+    (tmp_path / "parts.3mf").write_bytes(package(*args, **parts))
+    return model(tmp_path / "parts.3mf")
+
+
+def test_3mf_without_a_unit_is_in_millimetres(tmp_path):
+    one = '<item objectid="1"/>', f'<object id="1">{TETRAHEDRON}</object>'
+    assert volume(in_3mf(tmp_path, *one, unit="")) == pytest.approx(1e-9)
+
+
+def test_3mf_components_transforms_units_and_colours(tmp_path):
+    inch = 0.0254
+    colour = '<basematerials id="9"><base name="a" displaycolor="#FF0000FF"/></basematerials>'
+    found = in_3mf(tmp_path, '<item objectid="2" transform="0 1 0 -1 0 0 0 0 1 0 0 5"/>', colour,
+                   f'<object id="1" name="leg" pid="9" pindex="0">{TETRAHEDRON}</object>',
+                   '<object id="2"><components><component objectid="1" transform="2 0 0 0 2 0 0 0 2 0 0 0"/>'
+                   '<component objectid="1" transform="-1 0 0 0 1 0 0 0 1 9 0 0"/></components></object>',
+                   f'<object id="3">{TETRAHEDRON}</object>')
+    assert volume(found) == pytest.approx(9 * inch**3)  # one of twice the size, one mirrored
     assert found.shapes.turned == 0
-    np.testing.assert_allclose(found.bounds, 0.0254 * np.array([[-4, 0, 5], [0, 9, 11]]), rtol=1e-12)
+    np.testing.assert_allclose(found.bounds, inch * np.array([[-4, 0, 5], [0, 9, 11]]), rtol=1e-12)
+    assert found.names == [("leg",), ("leg",)]
+    np.testing.assert_allclose(found.colours[0], [1, 0, 0])
+
+
+def test_3mf_parts_of_one_package_have_numbers_of_their_own(tmp_path):
+    taller = TETRAHEDRON.replace('z="3"', 'z="6"')
+    far = 'transform="1 0 0 0 1 0 0 0 1 9 0 0"'
+    found = in_3mf(tmp_path, f'<item objectid="1"/><item objectid="1" p:path="/3D/other.model" {far}/>',
+                   f'<object id="1">{TETRAHEDRON}</object>',
+                   other=f'<object id="1">{taller}</object>')
+    assert volume(found) == pytest.approx(3 * 0.0254**3)
+
+
+@pytest.mark.parametrize(("build", "objects", "word"), [
+    ('<item objectid="7"/>', "", "object '7', which it does not hold"),
+    ('<item objectid="1" p:path="/3D/none.model"/>', "", "part '/3d/none.model', which"),
+    ('<item objectid="1"/>', '<object id="1"><mesh><beamlattice/></mesh></object>', "lattice of beams"),
+    ('<item objectid="1"/>', '<object id="1"><components><component objectid="1"/></components></object>',
+     "their own components")])
+def test_3mf_that_cannot_be_read_is_refused_by_its_right_name(tmp_path, build, objects, word):
+    with pytest.raises(renderer.InputError, match=word):
+        in_3mf(tmp_path, build, objects)
+
+
+def test_collada_whose_materials_are_missing_keeps_its_faces_and_commas_are_points(tmp_path):
+    assert area(in_collada(tmp_path, ('target="#m"', 'target="#gone"'))) == pytest.approx(6.0, rel=1e-6)
+    assert area(in_collada(tmp_path, ("0 0 0 200 0 0 200", "0 0 0 200,0 0,0 0 200"))) == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(("name", "data", "word"), [
+    ("empty.obj", b"", "is empty"),
+    ("lines.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", "holds points or lines and no faces"),
+    ("points.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                   b"property float z\nend_header\n0 0 0\n", "holds points and no faces")])
+def test_a_file_without_faces_is_refused_by_what_it_holds(tmp_path, name, data, word):
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(renderer.InputError, match=word):
+        model(tmp_path / name)

@@ -1,6 +1,7 @@
 """The reader of COLLADA files (ISO/PAS 17506), by pycollada; COLLADA states its unit and its up axis."""
 
 import io
+import re
 
 import numpy as np
 
@@ -23,6 +24,9 @@ def read_collada(data: bytes, beside: Beside) -> ModelFile:
         raise Unreadable("is a ZIP archive; unpack it")
     try:
         document = collada.Collada(io.BytesIO(data), ignore=[collada.common.DaeError])
+        if document.errors:
+            known = {material.id for material in document.materials}
+            document = collada.Collada(io.BytesIO(_mended(data, known)), ignore=[collada.common.DaeError])
     except collada.common.DaeError as fault:
         raise Unreadable(f"is no COLLADA that can be parsed ({' '.join(str(fault).split())[:80]}); export it "
                          "again") from None
@@ -33,7 +37,7 @@ def read_collada(data: bytes, beside: Beside) -> ModelFile:
     colours = _Colours(beside)
     pieces = [piece for node in roots for piece in _below(node, np.eye(4), (), colours, 0)]
     if not pieces and document.errors:
-        said = " ".join(str(getattr(document.errors[-1], "msg", document.errors[-1])).split())[:80]
+        said = " ".join(str(getattr(document.errors[0], "msg", document.errors[0])).split())[:80]
         raise Unreadable(f"is faulty COLLADA, of which no face can be read ({said}); export it again")
     info = document.assetInfo
     metres = float(getattr(info, "unitmeter", None) or 1.0)
@@ -43,6 +47,19 @@ def read_collada(data: bytes, beside: Beside) -> ModelFile:
                         piece.sizes, piece.names, piece.colour) for piece in pieces]
     return ModelFile(pieces, up="y" if axis == "Y_UP" else "z", metres=metres, said=True,
                      notes=_notes(document) + colours.notes)
+
+
+def _mended(data: bytes, materials: set[str]) -> bytes:
+    """A file with points for decimal commas, and without the uses of materials that are not among those
+    known: pycollada leaves out the geometry too."""
+    text = re.sub(rb"<(float_array|translate|rotate|scale|matrix|color|float)\b[^<>]*>[^<>.]*\d,\d[^<>.]*<",
+                  lambda found: found[0].replace(b",", b"."), data)
+
+    def kept(found: re.Match) -> bytes:
+        return found[0] if found[1].decode("utf-8", "replace") in materials else b""
+
+    return re.sub(rb"<instance_material\b[^<>]*?\btarget\s*=\s*[\"']#?([^\"']*)[\"'][^<>]*?"
+                  rb"(?:/>|>.*?</instance_material>)", kept, text, flags=re.DOTALL)
 
 
 def _notes(document) -> list[str]:
@@ -163,7 +180,7 @@ class _Colours:
         """Linear BT.709 reflectance (3,) of a material; None where it has no colour."""
         effect = getattr(material, "effect", None)
         said, node = getattr(effect, "diffuse", None), getattr(effect, "xmlnode", None)
-        given = None if node is None else next(node.iter("{*}diffuse"), None)
+        given = None if node is None else node.find(".//{*}diffuse")
         if said is None or given is None:  # pycollada makes black of none
             return None
         if given.find("{*}texture") is not None and isinstance(said, (tuple, list)):

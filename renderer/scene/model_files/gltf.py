@@ -32,7 +32,8 @@ def read_gltf(data: bytes, beside: Beside) -> ModelFile:
             raise Unreadable(f"needs the glTF extension {str(name)[:60]!r}, which is not read; export it "
                              "without")
     scene = _Scene(root, Buffers(root, binary, beside))
-    return ModelFile(scene.pieces(), up="y", said=True, notes=scene.notes)
+    return ModelFile(scene.pieces(), up="y", said=True, notes=scene.notes,
+                     instead="points or lines" if scene.primitives else "")
 
 
 def _parsed(data: bytes) -> tuple[dict, bytes | None]:

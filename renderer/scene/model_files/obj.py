@@ -49,7 +49,8 @@ def read_obj(data: bytes, beside: Beside) -> ModelFile:
             raise Unreadable("holds free-form surfaces (surf) and no polygons; export it as polygons")
         are = "s are" if reader.curved > 1 else " is"
         notes.append(f"its {reader.curved} free-form surface{are} not read")
-    return ModelFile(pieces, notes=notes + colours.notes + colours.missing(reader.used))
+    return ModelFile(pieces, notes=notes + colours.notes + colours.missing(reader.used),
+                     instead="points or lines" if len(vertices) else "")
 
 
 def _because(fault: Exception) -> str:

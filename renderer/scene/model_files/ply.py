@@ -37,11 +37,11 @@ def read_ply(data: bytes) -> ModelFile:
             found += [_from_strips(values, sizes) for values, sizes in
                       (columns.get("vertex_indices", columns.get("vertex_index", (np.zeros(0), []))),)]
     if vertices is None or not found:
-        return ModelFile([])
+        return ModelFile([], instead="points" if vertices is not None and len(vertices) else "")
     corners = np.concatenate([np.asarray(values, dtype=np.int64) for values, _ in found])
     sizes = np.concatenate([np.asarray(sizes, dtype=np.int64) for _, sizes in found])
     few = np.repeat(sizes, sizes) < 3
-    return ModelFile([Piece(vertices, corners[~few], sizes[sizes >= 3], (), colour)])
+    return ModelFile([Piece(vertices, corners[~few], sizes[sizes >= 3], (), colour)], instead="points")
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], bytes]:

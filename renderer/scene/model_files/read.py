@@ -1,6 +1,5 @@
 """A model file of any known format as polygons in metres, z up."""
 
-import logging
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,8 +9,6 @@ from renderer.errors import InputError
 from renderer.scene.model_files.beside import beside
 from renderer.scene.model_files.record import ModelFile, Unreadable
 from renderer.system.input_files import read_input
-
-logging.getLogger("trimesh").addHandler(logging.NullHandler())  # trimesh would print its tracebacks
 
 MODEL_FORMATS = ("obj", "ply", "stl", "glb", "gltf", "dae", "3mf")
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
@@ -86,9 +83,11 @@ def _unread_format(ending: str) -> str:
 
 
 def _parsed(data: bytes, path: Path, kind: str, root: Path) -> ModelFile:
+    if not data:
+        raise Unreadable("is empty; copy it again")
     if data.startswith(b"version https://git-lfs"):
         raise Unreadable("is a pointer of Git LFS, not the model itself; download that")
-    # Each reader is imported for its own files: trimesh and pycollada take a second.
+    # Each reader is imported for its own files: pycollada takes half a second.
     match kind:
         case "stl":
             from renderer.scene.model_files.stl import read_stl
@@ -115,7 +114,8 @@ def _in_metres(found: ModelFile, path: Path, where: str, scale: float, units: st
                up: str | None) -> Polygons:
     pieces = [piece for piece in found.pieces if len(piece.sizes)]
     if not pieces:
-        raise InputError(f"{where}: {path.name} holds no faces; export the model with its polygons.")
+        held = f"{found.instead} and " if found.instead else ""
+        raise InputError(f"{where}: {path.name} holds {held}no faces; export the model with its polygons.")
     for piece in pieces:
         if piece.corners.min() < 0 or piece.corners.max() >= len(piece.vertices):
             raise InputError(f"{where}: {path.name} has a face whose vertex it does not hold; export it "

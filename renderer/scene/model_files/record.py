@@ -43,6 +43,7 @@ class ModelFile:
     metres : one unit of the file [m]
     said : whether the file or its format states axis and unit; else they are assumed
     notes : sentences about contents that were not read
+    instead : what the file holds where it has no faces, as "points"
     """
 
     pieces: list[Piece]
@@ -50,6 +51,7 @@ class ModelFile:
     metres: float = 1.0
     said: bool = False
     notes: list[str] = field(default_factory=list)
+    instead: str = ""
 
 
 Beside = Callable[[str], bytes]

@@ -10,6 +10,7 @@ import numpy as np
 
 from renderer.scene.geometry import PARALLEL_TOLERANCE
 from renderer.scene.model_files.edges import Edges, connected, divided, flips
+from renderer.scene.model_files.inside_out import crossed, wound_inward
 from renderer.scene.model_files.weld import WELD_DISTANCE, Facets
 
 
@@ -54,7 +55,7 @@ def solids_and_sheets(given: Facets) -> SolidsAndSheets:
     contacts = 2 * areas(vertices, faces[left_out]).sum()
     faces = np.where(flip[:, None], faces[:, ::-1], faces)
     faces, solid, part, flip = faces[keep], solid[keep], part[keep], flip[keep]
-    inward = _inside_out(vertices, faces, solid)
+    inward = _oriented(vertices, faces, solid)
     faces[inward] = faces[inward, ::-1]
     turned = int(((flip ^ inward) & (solid >= 0)).sum())
     _, solid = np.unique(np.append(solid, -1), return_inverse=True)
@@ -261,24 +262,14 @@ def volumes(vertices: np.ndarray, faces: np.ndarray, group: np.ndarray, count: i
     return np.bincount(group, np.einsum("ki,ki->k", a, np.cross(b, c)) / 6, count)
 
 
-def _inside_out(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray) -> np.ndarray:
-    """Faces (k,) of a closed surface that is wound inward although it is no cavity in another one."""
-    from renderer.scene.room import winding
-
-    ids = np.unique(solid[solid >= 0])
-    if not len(ids):
-        return np.zeros(len(faces), dtype=bool)
-    place = np.searchsorted(ids, solid)
-    place[solid < 0] = len(ids)
-    volume = volumes(vertices, faces, place, len(ids) + 1)[:-1]
-    inward = np.append(volume < 0, False)
-    if inward.any() and (volume > 0).any():
-        outer = np.flatnonzero(volume > 0)
-        boxes = np.array([[vertices[faces[place == k]].min(axis=(0, 1)),
-                           vertices[faces[place == k]].max(axis=(0, 1))] for k in outer])
-        for k in np.flatnonzero(volume < 0):
-            point = vertices[faces[place == k][0]].mean(axis=0)
-            for j in outer[((boxes[:, 0] <= point) & (boxes[:, 1] >= point)).all(axis=1)]:
-                if winding(point[None], vertices[faces[place == j]][:, ::-1])[0] > 0.5:
-                    inward[k] = False
-    return inward[place]
+def _oriented(vertices: np.ndarray, faces: np.ndarray, solid: np.ndarray) -> np.ndarray:
+    """Faces (k,) to turn so that solids are wound outward; surfaces that cross themselves become sheets."""
+    closed = np.flatnonzero(solid >= 0)
+    turn = np.zeros(len(faces), dtype=bool)
+    if len(closed):
+        corners, (names, place) = vertices[faces[closed]], np.unique(solid[closed], return_inverse=True)
+        volume = volumes(vertices, faces[closed], place, len(names))
+        turn[closed] = wound_inward(corners, place, volume)[place]
+        off = crossed(corners, place, volume)[place]
+        solid[closed[off]], turn[closed[off]] = -1, False
+    return turn
