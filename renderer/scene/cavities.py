@@ -58,15 +58,18 @@ class Cavities:
         """The cavities, or UNENCLOSED, of points (k, 3), without points in the cell of a face."""
         return sorted({int(k) for k in self.cell[self.index(points)] if k != FACE})
 
-    def beside(self, chosen: list[int], triangles: np.ndarray) -> np.ndarray:
-        """Whether each of triangles (k, 3, 3) is near one of the chosen cavities (k,)."""
+    def near(self, chosen: list[int]) -> np.ndarray:
+        """Whether each cell (nx, ny, nz) is near one of the chosen cavities."""
         from scipy import ndimage
 
         cells = np.isin(self.cell, chosen)
         # A cavity ends up to two cells from its walls, and from places in it.
-        near = ndimage.binary_dilation(cells, np.ones((3, 3, 3)), iterations=2 + self.reach)
+        return ndimage.binary_dilation(cells, np.ones((3, 3, 3)), iterations=2 + self.reach)
+
+    def beside(self, chosen: list[int], triangles: np.ndarray) -> np.ndarray:
+        """Whether each of triangles (k, 3, 3) is near one of the chosen cavities (k,)."""
         points, owner = points_on(triangles, FACE_STEP * self.pitch)
-        return np.bincount(owner, near[self.index(points)], len(triangles)) > 0
+        return np.bincount(owner, self.near(chosen)[self.index(points)], len(triangles)) > 0
 
     def lead_out(self, points: np.ndarray, normals: np.ndarray, chosen: list[int], triangles: np.ndarray
                  ) -> np.ndarray:
@@ -101,7 +104,7 @@ def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) ->
     from scipy import ndimage
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    pitch = float((high - low).max()) / 128
+    pitch = pitch_of(triangles)
     low = low - 1.5 * pitch
     grid = np.zeros(np.ceil((high - low) / pitch + 1.5).astype(int), dtype=bool)
     grid[tuple(np.floor((points_on(triangles, FACE_STEP * pitch)[0] - low) / pitch).astype(int).T)] = True
@@ -125,6 +128,11 @@ def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) ->
     least = depth.min(initial=np.inf) + 0.5
     rooms = [k for k, inside in zip(large, depth, strict=True) if inside < least]
     return Cavities(sorted(rooms, key=lambda k: -each[k].volume), each, cell, low, pitch, reach)
+
+
+def pitch_of(triangles: np.ndarray) -> float:
+    """Width [m] of the grid's cells for triangles (k, 3, 3): a 128th of their extent."""
+    return float(np.ptp(triangles, axis=(0, 1)).max()) / 128
 
 
 def _deepest(inner: np.ndarray) -> np.ndarray:

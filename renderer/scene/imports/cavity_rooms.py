@@ -6,7 +6,7 @@ building; other pieces in a cavity are things.
 
 import numpy as np
 
-from renderer.scene.cavities import FACE_STEP, Cavities, cavities, points_on
+from renderer.scene.cavities import FACE_STEP, Cavities, cavities, pitch_of, points_on
 from renderer.scene.imports.record import Air, ImportedFace, Space, Thing
 from renderer.scene.imports.sorting import polygons_of, sorted_faces, triangles_of
 from renderer.scene.model_files.edges import Edges, connected
@@ -16,6 +16,9 @@ from renderer.scene.room import free_lengths, winding
 
 OPENINGS_M = (0.0, 0.3, 0.6, 1.0, 1.4, 2.1)
 """Widths [m] of openings that count as closed, tried one after the other until there is a room."""
+
+LEAST_ROOM_M = np.array([0.8, 0.8, 1.8])
+"""Extent [m] that a cavity must exceed to be a room; smaller ones are the inside of walls and furniture."""
 
 
 def rooms_of_cavities(faces: list[ImportedFace], names: list[str], openings: tuple[float, ...]
@@ -30,13 +33,16 @@ def rooms_of_cavities(faces: list[ImportedFace], names: list[str], openings: tup
     if not len(whole.faces):
         return []
     corners = whole.vertices[whole.faces]
+    # A cavity is no larger than its file, but for the cells in which the outermost faces lie.
+    if (np.ptp(corners, axis=(0, 1)) < LEAST_ROOM_M - 2 * pitch_of(corners)).any():
+        return []
     for opening in openings:
         air = cavities(corners, whole.solid >= 0, opening)
-        # Smaller cavities are the inside of walls and furniture.
-        large = [k for k in air.rooms if (air.each[k].extent > (0.8, 0.8, 1.8)).all()]
+        large = [k for k in air.rooms if (air.each[k].extent > LEAST_ROOM_M).all()]
         if large:
             pieces = _Pieces(faces, names, found)
-            return [_space(faces, names, pieces, air, k, f"room {n + 1}") for n, k in enumerate(large)]
+            met = pieces.cells_met(air)
+            return [_space(faces, names, pieces, met, air, k, f"room {n + 1}") for n, k in enumerate(large)]
     return []
 
 
@@ -62,13 +68,23 @@ class _Pieces:
         np.minimum.at(self.low, self.piece, self.corners.min(axis=1))
         np.maximum.at(self.high, self.piece, self.corners.max(axis=1))
 
+    def cells_met(self, air: Cavities) -> tuple[np.ndarray, np.ndarray]:
+        """Pieces (m,) and cells (m,), numbered over the flat grid, in which they lie; each pair once."""
+        points, owner = points_on(self.corners, FACE_STEP * air.pitch)
+        count = air.cell.size
+        cell = np.ravel_multi_index(air.index(points), air.cell.shape)
+        return np.divmod(np.unique(self.piece[owner].astype(np.int64) * count + cell), count)
 
-def _space(faces: list[ImportedFace], names: list[str], pieces: _Pieces, air: Cavities, cavity: int,
-           name: str) -> Space:
-    """A cavity as a room called `name`, with the building around it and the things in it."""
-    near = np.zeros(len(pieces.low), dtype=bool)
-    near[pieces.piece[air.beside([cavity], pieces.corners)]] = True
-    loose = _loose(pieces, air, cavity, near)
+
+def _space(faces: list[ImportedFace], names: list[str], pieces: _Pieces, met: tuple[np.ndarray, np.ndarray],
+           air: Cavities, cavity: int, name: str) -> Space:
+    """A cavity as a room called `name`, with the building around it and the things in it.
+
+    met : what `_Pieces.cells_met` returns
+    """
+    piece, cell = met
+    near = np.bincount(piece, air.near([cavity]).ravel()[cell], len(pieces.low)) > 0
+    loose = _loose(pieces, met, air, cavity, near)
     inside = air.each[cavity].place
     if not air.reach:
         around, things = _closed_around(faces, names, near[pieces.of_face], inside)
@@ -113,7 +129,8 @@ def _bounds(air: Cavities, cavity: int, corners: np.ndarray) -> np.ndarray:
     return np.round(middle, 9)
 
 
-def _loose(pieces: _Pieces, air: Cavities, cavity: int, near: np.ndarray) -> np.ndarray:
+def _loose(pieces: _Pieces, met: tuple[np.ndarray, np.ndarray], air: Cavities, cavity: int, near: np.ndarray
+           ) -> np.ndarray:
     """Pieces (n_pieces,) without which a cavity stays closed."""
     cells = np.argwhere(air.cell == cavity)
     low, high = air.low + np.array([cells.min(axis=0) - air.reach, cells.max(axis=0) + 1 + air.reach]
@@ -124,7 +141,7 @@ def _loose(pieces: _Pieces, air: Cavities, cavity: int, near: np.ndarray) -> np.
     candidate &= ((pieces.high - pieces.low) > 0.7 * size).sum(axis=1) < 2
     some = np.flatnonzero(candidate)
     some = some[np.argsort((pieces.high - pieces.low)[some].prod(axis=1), kind="stable")]
-    closed = _Closed(pieces, air, cavity)
+    closed = _Closed(met, air, cavity)
     loose = np.zeros(len(pieces.low), dtype=bool)
     loose[_removable(some, np.zeros(0, dtype=int), closed)] = True
     return loose
@@ -145,14 +162,10 @@ def _removable(some: np.ndarray, gone: np.ndarray, closed: "_Closed") -> np.ndar
 class _Closed:
     """Whether a cavity is still closed without some pieces."""
 
-    def __init__(self, pieces: _Pieces, air: Cavities, cavity: int):
+    def __init__(self, met: tuple[np.ndarray, np.ndarray], air: Cavities, cavity: int):
         self.air = air
-        points, owner = points_on(pieces.corners, FACE_STEP * air.pitch)
-        shape = air.cell.shape
-        cell = np.ravel_multi_index(air.index(points), shape)
-        pairs = np.unique(pieces.piece[owner].astype(np.int64) * np.prod(shape) + cell)
-        self.piece, self.cell = np.divmod(pairs, np.prod(shape))
-        self.count = np.bincount(self.cell, minlength=np.prod(shape))
+        self.piece, self.cell = met
+        self.count = np.bincount(self.cell, minlength=air.cell.size)
         others = [air.each[k].place for k in air.rooms if k != cavity]
         self.place = air.index(air.each[cavity].place)
         self.others = [air.index(place) for place in others]
