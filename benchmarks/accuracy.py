@@ -1,10 +1,10 @@
-"""Errors of readings against a fine mesh, with and without each part of the method.
+"""Errors of readings relative to a fine mesh, with and without each part of the method.
 
     .venv/bin/python benchmarks/accuracy.py
 
-One room, 4 × 4 × 3 m, a 1 × 1 m panel flush in the ceiling, every surface of reflectance ρ; read at
-the floor's centre and 1 cm from a corner. The reference is the finest mesh here. Prints the tables
-that docs/verification.md and docs/decisions.md quote.
+The room has 4 × 4 × 3 m, a 1 × 1 m panel flush in the ceiling and the reflectance ρ everywhere. It is read at
+the floor's centre and 1 cm from a corner; the finest mesh is the reference. Prints the tables that
+docs/verification.md and docs/decisions.md quote.
 """
 
 import tempfile

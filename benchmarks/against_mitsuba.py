@@ -3,12 +3,12 @@
     .venv/bin/python benchmarks/against_mitsuba.py [rooms] [accuracy ...] [--coloured] [--out FILE]
         [--seconds S]
 
-Draws so many rooms (200 unless given), reads each at every accuracy (5 and 1 % unless given) and in Mitsuba,
-all meters of a room as one batch sensor, until its bars are a tenth of our narrowest or S seconds (20 unless
-given) are over. In --coloured rooms every material is a measured Munsell chip and every luminaire a CIE lamp,
-at random; they are read in 31 bands, and in Mitsuba's spectral variant. Keeps what is done in FILE
-(outputs/against_mitsuba.jsonl), so that it can be stopped and taken up again; prints the table at the end.
-The peers come with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH names an LLVM.
+Draws random rooms (default 200), and reads each at every accuracy (default 5 and 1 %) and in Mitsuba. Mitsuba
+reads all meters of a room as one batch sensor, until its bars are a tenth of our narrowest or S seconds
+(default 20) are over. In --coloured rooms every material is a random Munsell chip and every luminaire a
+random CIE lamp; they are read in 31 bands, and in Mitsuba's spectral variant. Finished rooms are kept in FILE
+(outputs/against_mitsuba.jsonl), so that an interrupted run continues. Prints the table at the end. The peers
+come with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH names an LLVM.
 """
 
 import json
@@ -31,9 +31,10 @@ from drawn_rooms import drawn_scene
 
 SHARE_OF_BAR = 0.1
 FLOOR = 2e-4
-"""Of a reading: Mitsuba, in single precision and with meters off their surface, is known to about that."""
+"""Error of Mitsuba relative to a reading, by single precision and by meters off their surface."""
 DARK = 1e-3
-"""Readings below this share of the room's largest tell nothing by their shares."""
+"""Readings below this share of the room's largest are left out, because their relative errors mean
+nothing."""
 LAMPS = ("FL2", "FL11", "LED-B1", "LED-B3", "LED-RGB1", "LED-V1", "D65", "A")
 
 
@@ -80,7 +81,7 @@ def painted(scene: Scene, seed: int) -> Scene:
 
 def run(process, seeds: list[int], accuracies: list[float], seconds: float, out: Path,
         coloured: bool) -> None:
-    """Read rooms in both programs, and add a line a room to a file."""
+    """Read rooms in both programs, and add a line for each room to a file."""
     with tempfile.TemporaryDirectory() as folder:
         for seed in seeds:
             row = {"seed": seed}

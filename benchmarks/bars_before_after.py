@@ -1,12 +1,12 @@
-"""Error bars of the packaged rooms by an older program and by this one: none is narrower than honest.
+"""Error bars of the packaged rooms by an older program and by this one, to see that no bar became too narrow.
 
     git worktree add ../before COMMIT
     .venv/bin/python benchmarks/bars_before_after.py ../before [accuracy ...]
 
 Runs `renderer photometer ROOM --json` with both programs in the same environment and prints, for each room
-and accuracy, the widest bar of photometers and of grids' means and least values over their readings, the
-seconds of the whole command, and the largest difference between the two programs' readings over both bars in
-quadrature: of 95 % bars one in twenty is past 1, and hardly any past 1.5.
+and accuracy: the widest relative bar of photometers and of grids' means and minima; the seconds of the whole
+command; and the largest difference between the two programs' readings over both bars in quadrature, which for
+95 % bars exceeds 1 in one of twenty and hardly ever 1.5.
 """
 
 import json

@@ -2,9 +2,9 @@
 
     .venv/bin/python benchmarks/colour_readings.py [paints]
 
-In an integrating sphere of one measured paint, no direct light to dilute the error: ρ/(1 − ρ) of the lamp's
-light. Prints, for each lamp, the largest error of each quantity over the paints; first with each band's light
-spread evenly over the band, then as the program does it.
+In an integrating sphere of one measured paint without direct light, which would reduce the error, light is
+ρ/(1 − ρ) of the lamp's. Prints, for each lamp, the largest error of each quantity over the paints: first with
+each band's light spread evenly over the band, then by the program's method.
 """
 
 import sys

@@ -2,10 +2,8 @@
 
     .venv/bin/python benchmarks/coverage.py [rooms] [accuracy ...] [--kind KIND]
 
-The rooms are those of renderer/studies/validation/exact: light that is reflected once, integrated to 1e-8
-(uplights, pendants and discs over black floors, partitions, crates, louvres, a corner, a bright box), light
-to and fro between two faces, and furnaces. Prints for each accuracy and kind the share of truths inside the
-bar, the mean of signed error over bar, the worst error over bar, and the medians.
+The rooms are those of renderer/studies/validation/exact. Prints for each accuracy and kind the share of true
+values inside the bar, the mean of signed error over bar, the largest error over bar, and medians.
 """
 
 import sys

@@ -23,8 +23,8 @@ THINGS = ("random", "random", "shelf", "louvre", "sheet", "none")
 
 
 def drawn_scene(seed: int, folder: Path) -> Scene:
-    """The room of a seed; what the reader refuses (a meter in a crate, two things in one place) is drawn
-    anew."""
+    """The room of a seed. Rooms that the reader refuses (a meter in a crate, two things in one place) are
+    drawn again."""
     random = np.random.default_rng((26, seed))
     path = folder / f"drawn{seed}.toml"
     for _ in range(200):

@@ -2,9 +2,9 @@
 
     .venv/bin/python benchmarks/error_bars.py [rooms] [accuracy]
 
-Every other room is furnished. Each of four readings is held against the same room with a fifth of the
-patch area or less, sixteen times the rays where rays are cast, and other random numbers. Prints a
-line a room, and at the end how often the truth lay inside the bar and the median of bar over error.
+Every other room is furnished. Each of four readings is compared with one in the same room with a fifth of the
+patch area or less, sixteen times the rays where rays are cast, and other random numbers. Prints a line for
+each room, and at the end the share of readings inside their bars and the median of bar over error.
 """
 
 import sys

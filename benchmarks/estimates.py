@@ -2,7 +2,7 @@
 
     .venv/bin/python benchmarks/estimates.py
 
-Whole processes, nothing kept between runs. The estimates shall be within a factor of two.
+Times are of whole processes without the cache. The estimates should be within a factor of two.
 """
 
 import json
@@ -19,7 +19,7 @@ RUNS = (["grey_room"], ["red_room"], ["red_room", "--accuracy", "0.3%"],
 
 
 def main() -> None:
-    """Print forecast, result and ratio, one line a run."""
+    """Print forecast, result and ratio, one line for each run."""
     print(f"{'':34}{'patches':>16}{'rays':>8}{'seconds':>20}{'GB':>20}{'widest bar':>22}")
     for run in RUNS:
         command = [sys.executable, "-m", "renderer"]

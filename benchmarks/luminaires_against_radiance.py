@@ -2,10 +2,10 @@
 
     .venv/bin/python benchmarks/luminaires_against_radiance.py [rooms]
 
-Draws so many box rooms (20 unless given), each with a luminaire at a random place whose intensities have a
-closed form: a beam, a batwing, an asymmetric one, and one that also shines up; points, discs and rectangles.
-The program reads an IES LM-63 file or a EULUMDAT file of it in turn; Radiance always the IES file, by its own
-`ies2rad` (efficacy 179 lm/W). Radiance comes with pip install -e '.[peers]'.
+Draws random box rooms (default 20). Each has a luminaire at a random place, with intensities in closed form
+(a beam, a batwing, an asymmetric one, or one that also shines up), as a point, disc or rectangle. This
+program reads an IES LM-63 or a EULUMDAT file of it, in turn; Radiance always reads the IES file, by `ies2rad`
+(179 lm/W). Radiance comes with pip install -e '.[peers]'.
 """
 
 import os
@@ -103,7 +103,7 @@ def in_radiance(scene, ies: Path, turn: float, folder: Path, seconds: float):
 
 
 def main(arguments: list[str]) -> None:
-    """Print a line a room, and the sum of all."""
+    """Print a line for each room, and the statistics of all."""
     rooms, rows = int(arguments[0]) if arguments else 20, []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

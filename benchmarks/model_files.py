@@ -2,11 +2,11 @@
 
     .venv/bin/python benchmarks/model_files.py FOLDER … [--csv FILE] [--patches]
 
-For every model file in the folders: whether it opens or why not; how far the area of its triangles is from
-that of its polygons, of each flat polygon half the sum of the cross products of its neighbouring corners;
-solids, triangles of sheets, volume; how many of 64 faces of solids have their inside before them (by winding
-number); with --patches, unknowns at 1 % in a room of 3 m of the model scaled to 1 m; seconds. The files are
-the reader's own: none is kept here.
+Prints for every model file in the folders: whether it opens, or why not; the difference in area between its
+triangles and its flat polygons (half the sum of the cross products of neighbouring corners); solids,
+triangles of sheets, volume; the number of faces of solids, in a sample of 64, with the solid in front of them
+(by winding number); with --patches, the unknowns at 1 % of the model scaled to 1 m in a room of 3 m; seconds.
+The repository contains no model files: use your own.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from renderer.scene.model_files.weld import facets
 from renderer.scene.room import winding
 
 FLAT = 1e-6
-"""Polygons that leave their plane by more than this share of their size have no one area."""
+"""Polygons that leave their plane by more than this share of their size have no well-defined area."""
 ASKED = 64
 
 
@@ -117,7 +117,7 @@ def patches_of(path: Path) -> tuple[int, float]:
 
 
 def summary(rows: list[dict]) -> None:
-    """Counts, by format and in all."""
+    """Counts, by format and in total."""
     print(f"{'format':8} {'files':>6} {'open':>6} {'solids':>7} {'sheets':>7} {'both':>6} {'worst area':>11} "
           f"{'inside out':>10} {'seconds':>8}")
     for kind in [*sorted({row["format"] for row in rows}), "all"]:

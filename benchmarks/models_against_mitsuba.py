@@ -2,16 +2,16 @@
 
     .venv/bin/python benchmarks/models_against_mitsuba.py FILE … [--room FILE x,y,z[,UP[,UNIT]]] … [options]
 
-Each FILE, scaled to 1.2 m at the longest, stands on the floor of a room of 4 × 4 × 2.8 m with a panel and a
-point lamp; two meters read the floor beside it, one the wall behind it. Each --room is the inside of a file
-about the place x,y,z [m], where a point lamp hangs; meters lie on what is below the place, and on what is to
-two sides of it. Everything reflects half of the light.
+Each FILE, scaled to a longest side of 1.2 m, stands on the floor of a room of 4 × 4 × 2.8 m with a panel and
+a point lamp; two meters are on the floor beside it, one on the wall behind it. Each --room is the inside of a
+file around the place x,y,z [m], where a point lamp hangs; meters are on the surfaces below it and on two
+sides of it. All reflectances are 0.5.
 
-Mitsuba is given the triangles of the file's polygons as they were read, with no regard to what this program
-makes of them: which enclose a volume, are there twice, or are buried in another. It traces until its bars are
-a third of ours, or --seconds (20) are over. --accuracy (0.01) is asked of ours. Each file has its own random
-numbers in both programs, from its place in the list. The files are the reader's own: none is kept here.
-Mitsuba comes with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH names an LLVM.
+Mitsuba gets the triangles of the file's polygons as read, including those that this program merges, removes
+or finds buried. It traces until its bars are a third of ours, or --seconds (20) are over; --accuracy (0.01)
+is for this program. Random numbers in both programs depend on the file's place in the list. The repository
+contains no model files: use your own. Mitsuba comes with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH names
+an LLVM.
 """
 
 import argparse
@@ -36,7 +36,7 @@ RHO = 0.5
 MATERIALS = {"half": {"reflectance": RHO}}
 ALL_HALF = dict.fromkeys(("floor", "walls", "ceiling"), "half")
 BELOW, BESIDE = np.array([0.0, 0.0, -1.0]), [np.array([1.0, 0.2, 0.0]), np.array([-0.7, 0.7, -0.1])]
-"""Ways from the lamp of a room to its meters."""
+"""Directions from the lamp of a room to its meters."""
 
 
 def furniture(path: Path) -> tuple[Scene, np.ndarray]:
@@ -77,14 +77,14 @@ def room(path: Path, place: np.ndarray, up: str | None, units: str | None) -> tu
 
 
 def read_triangles(path: Path, scale: float, units: str | None = None, up: str | None = None) -> np.ndarray:
-    """Triangles (k, 3, 3) [m] of a file's polygons, each as the file has it."""
+    """Triangles (k, 3, 3) [m] of a file's polygons, unchanged."""
     file = read_polygons(path, "", scale, units, up, path.parent)
     return file.vertices[triangles_of_polygons(file.vertices, file.corners, file.sizes)[0]]
 
 
 def met(triangles: np.ndarray, place: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """First point of a ray from a place (3,) on a triangle, and its normal toward the place; None for no
-    point."""
+    """First point of a ray from a place (3,) on a triangle, and the normal toward the place; None where there
+    is none."""
     a, b, c = triangles.transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     slope = normal @ way

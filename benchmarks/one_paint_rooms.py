@@ -2,14 +2,10 @@
 
     python benchmarks/one_paint_rooms.py [--every 1]
 
-In a closed room of one paint the light that has come by way of the walls is the lamp's times ρ/(1 − ρ), at
-each
-wavelength by itself (an integrating sphere; Sumpner 1892). Truth takes that at 1 nm, with the chip linear
-between its samples; the program
-takes it in 31 bands and rebuilds 1 nm from them (`readings/spectrum.py`). Two meters: one that sees the
-lamp and the walls
-alike, one that sees the walls alone, where everything is redder. R_a, R_f and CCT are computed in one go
-for all.
+In a closed room of one paint, reflected light is the lamp's times ρ/(1 − ρ) at each wavelength (an
+integrating sphere; Sumpner 1892). The reference computes that at 1 nm, with the chip linear between its
+samples; the program computes it in 31 bands and rebuilds the spectrum at 1 nm (`readings/spectrum.py`). One
+meter sees the lamp and the walls, the other the walls alone.
 """
 
 import argparse

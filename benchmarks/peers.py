@@ -2,12 +2,11 @@
 
     .venv/bin/python benchmarks/peers.py [readings] [picture] [bands]
 
-All of them without an argument, some eight minutes; the peers come with pip install -e '.[peers]', without
-which only ours is timed. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba. Nothing else should run meanwhile.
-
-Every time is from a loaded scene to the result, with setting up (octree, compiling) but not importing. Times
-marked ~ are scaled: by 1/√n for readings and Radiance's paths, by the power that the last two pictures show
-for Mitsuba's, which are stratified. The rooms are handed over as in `renderer validate --peers`.
+Without an argument all parts run, about eight minutes. The peers come with pip install -e '.[peers]'; without
+them only this program is timed. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba. Run nothing else meanwhile.
+Times are from a loaded scene to the result, with set-up (octree, compilation) but without imports. Times
+marked ~ are scaled: by 1/√n for readings and Radiance's paths, by the power law through the last two pictures
+for Mitsuba's, which are stratified. The rooms are exported as in `renderer validate --peers`.
 """
 
 import os
@@ -32,7 +31,7 @@ from renderer.studies.peers.export import MAX_EDGE, CannotRun, Handover, hand_ov
 
 SIZE = (512, 384)
 ERROR = 0.01
-"""Of luminance, rms, that pictures are timed to."""
+"""Error of luminance, rms, at which pictures are timed."""
 ACCURACIES = (0.05, 0.02, 0.01, 0.005)
 CONVERGED = 0.002
 SPECTRAL = ("llvm_ad_spectral", "scalar_spectral")
@@ -86,7 +85,8 @@ def mitsuba_readings(room: Handover, bars: list[float]):
 
 
 def radiance_readings(room: Handover, bars: list[float]):
-    """The same in Radiance, with one rtrace on each core."""
+    """Radiance's name, the number of cores, and seconds and value of each reading, with one rtrace on each
+    core."""
     cores = os.cpu_count()
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(cores) as pool:
         octree = radiance.write_octree(room, Path(folder))
@@ -105,15 +105,15 @@ def clock(work) -> tuple[float, object]:
 class Judge:
     """Errors of pictures, rms over mean luminance: of all pixels, and of those away from the lamps.
 
-    It needs no noise-free truth: of two independent unbiased pictures a and b of the same room, with p a
-    third, the mean of (p − a)(p − b) is the square error of p, and of (a − b)²/2 that of a.
+    No noise-free reference is needed: for two independent unbiased pictures a and b of one room, and a third
+    p, the mean of (p − a)(p − b) is the squared error of p, and that of (a − b)²/2 the squared error of a.
     """
 
     def __init__(self, lamps: np.ndarray):
         self.masks = np.ones_like(lamps), ~binary_dilation(lamps, np.ones((3, 3)))
 
     def against(self, picture, a, b) -> list[float]:
-        """Errors of a picture, from independent reference pictures a and b (the same one if it is exact)."""
+        """Errors of a picture, from independent reference pictures a and b; a is b for an exact reference."""
         return [np.sqrt(max(((picture - a) * (picture - b))[m].mean(), 0)) / ((a + b) / 2)[m].mean()
                 for m in self.masks]
 
@@ -188,7 +188,7 @@ def to_one_percent(seconds: list[float], errors: tuple[float, ...]) -> float:
 
 
 def placed(scene):
-    """The room as peers have it, the eye there, and the camera."""
+    """The exported room, the eye in its coordinates, and the camera."""
     room, camera = hand_over(scene), pinhole(camera_of(scene))
     return room, (camera.position - scene.room.bounds.mean(axis=0)) * MAX_EDGE / scene.room.scale, camera
 

@@ -2,8 +2,9 @@
 
     .venv/bin/python benchmarks/performance.py [factors] [reuse] [picture] [bands] [growth] [million]
 
-All of them without an argument; the last two go to a million patches and take minutes and 5 GB. Side by side
-with pyViewFactor where that is installed (pip install pyviewfactor numba). Nothing else should run meanwhile.
+Without an argument all parts run; the last two have up to a million patches and take minutes and 5 GB.
+Compares with pyViewFactor where that is installed (pip install pyviewfactor numba). Run nothing else
+meanwhile.
 """
 
 import json
@@ -16,7 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
-import renderer  # before numpy: it has BLAS not wait on our cores
+import renderer  # before numpy, so that BLAS leaves the cores to the rays
 
 # isort: split
 import numpy as np
@@ -76,7 +77,7 @@ def to_surfaces(mesh, exchange) -> np.ndarray:
 
 
 def factors() -> None:
-    """Form factors of some 1,500 patches, empty and with an occluder."""
+    """Form factors of about 1,500 patches, in an empty room and with a crate."""
     empty = mesh_of(BOX, 0.238)
     seconds, exchange = timed(lambda: contour_exchange(empty))
     print(f"form factors, empty box, {len(empty.patches)} patches: {seconds:.2f} s, closure before balancing "
@@ -102,7 +103,8 @@ def factors() -> None:
 
 
 def peer(mesh, truth: np.ndarray | None) -> None:
-    """The same by pyViewFactor (AREP, MIT), compiled beforehand, with its error against `truth`."""
+    """Form factors of the mesh by pyViewFactor (AREP, MIT), compiled beforehand, with the error relative to
+    `truth`."""
     try:
         import pyviewfactor
         import pyvista
@@ -171,7 +173,7 @@ def bands() -> None:
         for warm in ("31", "rgb"):
             solve(scene, warm, 0.05).photometers()
         taken = {"rgb": [], "31": []}
-        for _ in range(PAIRS):  # in turn, for the machine is not always equally fast
+        for _ in range(PAIRS):  # in turn, because the machine's speed varies
             for bands, seconds in taken.items():
                 started = time.perf_counter()
                 solve(scene, bands).photometers()
@@ -203,7 +205,7 @@ def million() -> None:
 
 
 def growth() -> None:
-    """The furnished room with ever more patches: solve and one reading, 31 bands, no error bars."""
+    """The furnished room with growing numbers of patches: solve and one reading, 31 bands, no error bars."""
     scene, found = renderer.load("furnished_room"), []
     spot = scene.photometers[0]
     for size in (0.126, 0.04, 0.0126):

@@ -2,10 +2,10 @@
 
     .venv/bin/python benchmarks/placed_nodes.py [SCENE]
 
-With a scene, or a packaged room's name: its nodes, and the share of each lamp's lumens that each stands for.
-Without: the nodes of ten lamps, and the error of E_T/E_D = 1/(1 − ρ) against 1 nm over reflectances that the
-fit has not seen: the 99 samples of CIE 224:2017 and the 24 of a colour chart, and one node set for all lamps.
-Then the mean over the lamps for other numbers of nodes, and for bands of one width.
+With a scene, or the name of a packaged room: its nodes, and the weight of each for each lamp.
+Without: the nodes of ten lamps, and the error of E_T/E_D = 1/(1 − ρ) against 1 nm over reflectances outside
+the fit (the 99 samples of CIE 224:2017 and the 24 of a colour chart), also with one set of nodes for all
+lamps. Then the mean over the lamps for other numbers of nodes, and for bands of equal width.
 """
 
 import sys
@@ -41,7 +41,7 @@ def unseen() -> list[Spectrum]:
 
 
 def errors(lamp: Spectrum, bands, curves: list[Spectrum]) -> np.ndarray:
-    """Error of E_T/E_D in the deck's room, relative [1], of each reflectance."""
+    """Relative error [1] of E_T/E_D = 1/(1 − ρ) for each reflectance."""
     light = luminous_at_1_nm(power_at_1_nm(lamp))
     shares = band_flux(lamp, 1.0, bands, "lamp") * bands.luminous
     found = []

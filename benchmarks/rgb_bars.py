@@ -1,4 +1,4 @@
-"""Coverage of the bar of RGB's error: coarse readings against fine ones, in the packaged rooms.
+"""Share of RGB's errors inside their bars: coarse readings compared with fine ones, in the packaged rooms.
 
     python benchmarks/rgb_bars.py [room ...]
 """

@@ -4,8 +4,8 @@
     python benchmarks/same_readings.py write OTHER           # after it
     python benchmarks/same_readings.py compare FOLDER OTHER  # exit code 1 where a number differs by 1e-9
 
-Times are left out of the comparison; a key that only one side has is named, and is a difference only where
-the first side has it: a change may add to what is said.
+Times are not compared. A key on one side only is listed, and counts as a difference only if the first side
+has it, because a change may add keys.
 """
 
 import argparse
@@ -22,7 +22,7 @@ COMMANDS |= {"ugr_office": ["ugr", "office", "--json"],
              "luminance_furnished_room": ["luminance", "furnished_room", "--json"],
              "ugr_classroom": ["ugr", "classroom", "--json"]}
 TOLERANCE = 1e-9
-"""Relative difference between two numbers that counts as none."""
+"""Largest relative difference between two numbers that count as equal."""
 LEFT_OUT = {"seconds"}
 
 

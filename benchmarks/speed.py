@@ -2,8 +2,8 @@
 
     .venv/bin/python benchmarks/speed.py [RUNS]
 
-Whole processes, cold, each command in turn A B A B …; medians, and for pairs the median of the
-pairwise ratios. Nothing else should run meanwhile.
+Times are of whole processes, each command in turn (A B A B …). Prints medians, and for pairs the median of
+the pairwise ratios. Run nothing else meanwhile.
 """
 
 import os

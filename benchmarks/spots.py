@@ -2,8 +2,8 @@
 
     .venv/bin/python benchmarks/spots.py [accuracy] [spots] [scene …]
 
-Pixels drawn at random: their illuminance as the report reads it, against a photometer there in the room
-solved again with a quarter of the error and other random numbers. Prints a line a room.
+Compares the illuminance of random pixels, as the report reads it, with a photometer at their places in the
+room solved again with a quarter of the error and other random numbers. Prints a line for each room.
 """
 
 import sys

@@ -3,11 +3,11 @@
     .venv/bin/renderer study
     .venv/bin/python benchmarks/study_against_mitsuba.py [rooms] [seconds]
 
-Takes so many of the study's drawn rooms at random (12 unless given) of those that Mitsuba can be given, lit
-by panels or uplights; of each one painting of every palette under one lamp; and traces each in both variants
-for so many seconds (6 unless given). Prints for each the mean illuminance at task, floor and eye here over
-that in Mitsuba, and the error of RGB by either. Keeps what is done in outputs/study_against_mitsuba.jsonl.
-The peers come with pip install -e '.[peers]'; DRJIT_LIBLLVM_PATH names an LLVM.
+Chooses random rooms of the study (default 12) that are lit by panels or uplights, and for each one painting
+of every palette under one lamp. Mitsuba traces each in both variants for a number of seconds (default 6).
+Prints for each the mean illuminance at task, floor and eye here over that in Mitsuba, and the error of RGB by
+both programs. Finished rooms are kept in outputs/study_against_mitsuba.jsonl. The peers come with pip install
+-e '.[peers]'; DRJIT_LIBLLVM_PATH names an LLVM.
 """
 
 import json
@@ -29,7 +29,7 @@ from renderer.studies.rgb_in_rooms.run import PAINTINGS, RoomTask, studied
 
 OUT = Path("outputs/study_against_mitsuba.jsonl")
 AIM = 5e-4
-"""Half-width of a meter, relative to the room's mean, that will do."""
+"""Sufficient half-width of a meter, relative to the room's mean."""
 
 
 def main(rooms: int, seconds: float) -> None:
@@ -94,7 +94,7 @@ def in_rgb(room: Handover, curves: np.ndarray, lamp: str) -> Handover:
 
 
 def in_spectra(room: Handover, curves: np.ndarray, lamp: str) -> Handover:
-    """The same in spectra at 1 nm, 360–830 nm."""
+    """The room with these paints and this lamp in spectra at 360–830 nm, 1 nm."""
     fine = np.stack([np.interp(cie_1931()[0], WAVELENGTHS, curve) for curve in curves])
     return _painted(room, fine, light_at_1_nm(lamp_spectrum(lamp)), np.ones(1))
 
@@ -112,7 +112,7 @@ def _painted(room: Handover, reflectance: np.ndarray, light: np.ndarray, luminou
 
 
 def line(row: dict) -> str:
-    """Here over Mitsuba, and RGB's error by either, in per cent."""
+    """Readings here over Mitsuba's, and RGB's error by both programs, in per cent."""
     said = [f"{row['room']:3} {row['palette']:13} {row['lamp']:14}"]
     for k, reading in enumerate(READINGS[:-1]):
         ours, theirs, bar = errors(row, k)

@@ -2,11 +2,11 @@
 
     .venv/bin/python benchmarks/study_checks.py [rooms]
 
-Draws so many rooms (20 unless given) with another seed, and paints them with the measured chips as the study
-does; then with the 99 colour evaluation samples of ANSI/IES TM-30 (paints, textiles, skins, plants, prints),
-sorted into the same palettes by CIELAB chroma; and solves the first again in bands of 2 nm over 360–830 nm.
-Prints for both sets of paints in what share of readings RGB is within 5 % and six nodes within 1 %, and how
-well the rule tells RGB's error; and how far the finer bands move the error of RGB.
+Draws rooms (default 20) with another seed. Paints them with the measured chips of the study, also in bands of
+2 nm over 360–830 nm; and with the 99 colour evaluation samples of ANSI/IES TM-30 (paints, textiles, skins,
+plants, prints), sorted into the study's palettes by CIELAB chroma. Prints for both sets of paints the share
+of readings with RGB within 5 % and six nodes within 1 %, and the errors of the rule; and the change of RGB's
+error in bands of 2 nm.
 """
 
 import sys
@@ -31,7 +31,7 @@ from renderer.studies.rgb_in_rooms.run import (
 
 SEED = 1
 PER_CHROMA = 5.5
-"""CIELAB chroma of a step of Munsell chroma, about."""
+"""Approximate CIELAB chroma of a step of Munsell chroma."""
 
 
 def evaluation_samples() -> Chips:
@@ -68,7 +68,7 @@ def in_bands_of_2_nm(gains: RoomGains, painting: Painting) -> np.ndarray:
 
 
 def rows_of(gains: RoomGains, painting: Painting, totals: np.ndarray) -> dict[str, np.ndarray]:
-    """Errors of RGB and of six nodes, and what the rule gives, of one painting's illuminances."""
+    """Errors of RGB and of six nodes, and the prediction of the rule, for one painting's illuminances."""
     lit = totals[..., :3]
     errors = 100 * (lit[:, 1:] / lit[:, :1] - 1)
     areas, surface = gains.transport.exchange.areas, gains.transport.mesh.surface

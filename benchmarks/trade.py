@@ -3,12 +3,11 @@
     .venv/bin/python benchmarks/trade.py [row ...]
 
 Rows: office, open_plan, columns, growth, furnished, red, looser, meters, plan, bands, start, height, render,
-factors; all of them without an argument, each in a process of its own, so that one that fails says so in its
-row; and million, only where it is named. The peer is Mitsuba 3 as its best user runs it: all meters of a room
-as one batch sensor, in a running process, until each bar is as wide as ours was asked to be. Ours is from a
-loaded scene to every reading, without anything kept. Prints the versions, and for each row both times, their
-ratio and the aim. Nothing else should run meanwhile; the ratio is what counts. DRJIT_LIBLLVM_PATH names an
-LLVM for Mitsuba.
+factors; without an argument all of them run, each in a separate process, so that a failure appears in its
+row. The row million runs only where it is named. The peer is Mitsuba 3: all meters of a room as one batch
+sensor, in a running process, until each bar has the width requested of ours. Our time is from a loaded scene
+to all readings, without the cache. Prints the versions, and for each row both times, their ratio (which
+counts) and the aim. Run nothing else meanwhile. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
 """
 
 import json
@@ -40,9 +39,9 @@ from renderer.studies.peers.export import CannotRun, hand_over
 
 ROOMS = Path(__file__).parent / "rooms"
 PENDANT = {"shape": "rectangle", "size": [1.2, 0.3], "normal": [0, 0, -1]}
-"""What stands for a photometric file, which the peer is not given."""
+"""Luminaire in place of a photometric file, which is not passed to the peer."""
 LONGEST = 120.0
-"""Seconds after which the peer is stopped, and its time scaled to the bars asked."""
+"""Seconds after which the peer is stopped, and its time scaled to the requested bars."""
 SMALLEST = "grey_room"
 STREAMS = count()
 
@@ -92,7 +91,7 @@ def as_it_is(_table: dict) -> None:
 
 
 def rectangles(table: dict) -> None:
-    """Rectangles with the lumens of the pendants."""
+    """Replace pendants by rectangles with their lumens."""
     for lamp, lumens in zip(table["luminaires"], (4000, 3000), strict=True):
         del lamp["file"]
         lamp.pop("dimming", None)
@@ -100,7 +99,7 @@ def rectangles(table: dict) -> None:
 
 
 def beside_mitsuba(name, edit, ours: float, accuracy: float, aim: str, title: str) -> None:
-    """Print the time to one accuracy here over Mitsuba's to that or another."""
+    """Print the time to one accuracy here over Mitsuba's time to that or another accuracy."""
     scene = changed(name, edit)
     seconds, areas, figures = min((read(scene, ours) for _ in range(2)), key=itemgetter(0))
     room = hand_over(as_photometers(name, edit))
@@ -126,7 +125,7 @@ def _timed(room, stream: int, aims: list[float]) -> float:
     got = mitsuba3.read_all(room, stream, aims, LONGEST)
     taken = time.perf_counter() - started
     short = max(each.half_width / aim for each, aim in zip(got, aims, strict=True))
-    return taken * short**2  # as paths average out: passes are of many paths
+    return taken * short**2  # time is inversely proportional to the squared bar
 
 
 def widest(figures) -> float:
@@ -256,7 +255,8 @@ NADIR = 1000.0
 
 
 def _downlight(folder: Path, tall: float) -> Scene:
-    """A room with a cylinder 34 mm across, so tall [m], that shines as cos⁸, and a meter 1.85 m below."""
+    """A room with a cylinder 34 mm across and `tall` [m] high, with intensity cos⁸ γ, and a meter 1.85 m
+    below."""
     steep, around = np.linspace(0, 90, 181), np.linspace(0, 360, 25)
     candela = NADIR * np.cos(np.radians(steep)) ** 8
     head = (f"IESNA:LM-63-2002\n[TEST] synthetic\nTILT=NONE\n1 -1 1 {len(steep)} {len(around)} 1 2 "
@@ -332,7 +332,7 @@ NAMED = {**ROWS, "million": million}
 
 
 def main() -> None:
-    """Run what is asked, else all, each in its own process."""
+    """Run the rows of the arguments, or all, each in its own process."""
     if sys.argv[1:2] == ["--row"]:
         NAMED[sys.argv[2]]()
         return

@@ -12,8 +12,8 @@ import renderer
 PAGE = Path(__file__).parent / "api.md"
 HEAD = """# Python
 
-`pip install spectral-radiosity`, then `import renderer`. Everything here is in `dir(renderer)`; what is not,
-is not for users. Every wrong argument raises `renderer.InputError`, a room without a steady state
+`pip install spectral-radiosity`, then `import renderer`. All names here are in `dir(renderer)`; others are
+not for users. Every wrong argument raises `renderer.InputError`, a room without a steady state
 `renderer.SolveError`, each with one sentence that says what to do. Lengths are metres, z is up. A scene is a
 file, a packaged room's name, or a dict of the [same keys](tutorial.md) (`renderer keys` explains each).
 

@@ -2,7 +2,7 @@
 
     .venv/bin/python docs/build_site.py       `make site`; a link that leads nowhere ends it with an error
 
-README is its first page; the notebook and formulas are turned into what a browser shows by itself.
+README is its first page; the notebook and formulas are converted for browsers without scripts.
 """
 
 import os

@@ -1,8 +1,8 @@
-"""Write the table of passed cases in docs/stability.md, from the counts of the tests.
+"""Write the table of passed cases in docs/stability.md, from counts of the tests.
 
     .venv/bin/python docs/held.py       some ten minutes; signals and damaged files take most of it
 
-Each case that has held is counted by the fixture `held` of tests/conftest.py, in a row of this table.
+The fixture `held` of tests/conftest.py counts each passed case in a row of this table.
 """
 
 import json

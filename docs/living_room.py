@@ -65,7 +65,7 @@ def sheet(*corners) -> trimesh.Trimesh:
 
 
 def parts() -> list[tuple[str, trimesh.Trimesh]]:
-    """What stands in the room and around it, each with the name of its colour."""
+    """The things in the room, its walls and slabs, each with the name of its colour."""
     found = [("oak", box([-.2, -.2, -.2], [5.4, 4.2, 0]))]
     found += [("plaster", box(*bounds)) for bounds in (
         ([-.2, -.2, 2.6], [5.4, 4.2, 2.8]),

@@ -3,9 +3,9 @@
     .venv/bin/python docs/pages.py [PAGE …]     shows what each command prints now (part of `make docs`)
 
 A fenced block after <!-- save: NAME --> is a file. A `toml` block without that is a part of the scene saved
-last. Lines of a `sh` block that begin with `renderer` are run in a folder with the files saved so far;
-`python` is run there too. A `text` block right after one of these is what its last command prints. What
-follows <!-- not run: WHY --> is only shown. tests/test_docs.py does the same.
+last. Lines of a `sh` block that begin with `renderer` are run in a folder with the files saved so far, as are
+`python` blocks. A `text` block right after one of these is the output of its last command. A block after <!--
+not run: WHY --> is not run. tests/test_docs.py follows the same rules.
 """
 
 import os

@@ -43,7 +43,7 @@ MADE = {
     **{f"gamut{part}.png": (["gamut"], [f"gamut{part}.png"])
        for part in ("", "_bounds", "_chips", "_primaries")},
 }
-"""What makes each picture: a command, and the files in outputs/ that it shows side by side."""
+"""For each picture the command that makes it, and the files in outputs/ that it shows side by side."""
 
 
 def run(*words: str) -> str:

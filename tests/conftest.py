@@ -92,7 +92,7 @@ def room():
 
 @pytest.fixture
 def room_file(tmp_path):
-    """The same from a scene file, as a user would write it."""
+    """A function that writes a box room as a scene file and loads it; arguments of `room_table`."""
     count = iter(range(1000))
 
     def make(*args, **more) -> Scene:
@@ -108,7 +108,7 @@ HELD: Counter[str] = Counter()
 
 @pytest.fixture(scope="session")
 def held():
-    """A function that counts cases which have held, by a row of the table in docs/stability.md."""
+    """A function that counts passed cases, by a row of the table in docs/stability.md."""
 
     def count(row: str, cases: int = 1) -> None:
         HELD[row] += cases
@@ -117,14 +117,14 @@ def held():
 
 
 def pytest_sessionfinish(exitstatus) -> None:
-    """Write what has held where docs/held.py asks for it."""
+    """Write the counts of passed cases where docs/held.py asks for them."""
     if path := os.environ.get("RENDERER_HELD"):
         Path(path).write_text(json.dumps({"passed": exitstatus == 0, "held": HELD}), encoding="utf-8")
 
 
 @pytest.fixture(scope="session", autouse=True)
 def own_cache(tmp_path_factory):
-    """Form factors are kept in a folder of the tests, not in the user's."""
+    """The cache on disk is in a folder of the tests, not in the user's."""
     os.environ["XDG_CACHE_HOME"] = str(tmp_path_factory.mktemp("cache"))
 
 
@@ -141,15 +141,15 @@ def run():
 
 
 def run_here(batches):
-    """What `sweep_runs.on_cores` does, without workers."""
+    """Stand-in for `sweep_runs.on_cores` without workers."""
     for batch in batches:
         yield batch.run()
 
 
 @pytest.fixture(scope="module")
 def cluster():
-    """A Dask cluster of two workers, a process each. It is not profiled, as idle it would take time from
-    other tests."""
+    """A Dask cluster of two workers, each a process. Profiling is off, because it would take time from other
+    tests."""
     distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
     import dask
 
@@ -160,7 +160,8 @@ def cluster():
 
 @pytest.fixture
 def here(monkeypatch, capsys):
-    """The same within this process, which has imported everything: what a command returns and says."""
+    """A function that runs the command line in this process, which has imported everything: exit code and
+    output."""
     from renderer.cli import main
     from renderer.studies import sweep_runs
     from renderer.system.log import LOGGER
@@ -189,7 +190,7 @@ def here(monkeypatch, capsys):
 
 @pytest.fixture(scope="session")
 def compared(tmp_path_factory, run):
-    """The main job, run once: the folder it was run in, and what it said."""
+    """`renderer compare`, run once: its folder and its output."""
     folder = tmp_path_factory.mktemp("compared")
     return folder, run("compare", cwd=folder)
 
@@ -285,7 +286,7 @@ def browser(tmp_path_factory):
 
 @pytest.fixture
 def page(browser, report):
-    """The report, opened anew; at the end nothing has been complained of or asked for."""
+    """The report, newly opened; at the end the browser has logged no error and requested no file."""
     opened(browser, report[0])
     yield browser
     assert [entry for entry in browser.get_log("browser") if entry["level"] != "INFO"] == []

@@ -14,8 +14,8 @@ from renderer.transport.transport import compute_transport
 
 POINTS = 4
 FINER = {True: 2.4, False: 4.3}
-"""How much shorter patches are where the truth is taken from, with rays and without: at the observed
-order, a quarter or a tenth of the error is left."""
+"""Factor by which patches of the reference are shorter, with rays and without. At the observed order of
+convergence a quarter or a tenth of the error remains."""
 
 
 def random_scene(seed: int, folder: Path, crowded: bool | None = None) -> Scene:

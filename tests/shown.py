@@ -4,7 +4,7 @@ import re
 from itertools import zip_longest
 
 OWN = ("errors of closure", "on this machine", " in outputs/")
-"""What a line has that says something of the run: rounding, seconds, rays not cast again, the folder."""
+"""Words of lines that depend on the run: rounding, seconds, rays read from the cache, the folder."""
 ROUNDING = 1e-9
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e-?\d+)?")
 

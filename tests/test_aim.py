@@ -1,4 +1,4 @@
-"""Where rays to a luminaire go: few must say what many would, however near it is."""
+"""Aim of rays at luminaires: few rays must agree with many, at any distance."""
 
 import numpy as np
 import pytest
@@ -31,8 +31,8 @@ def test_points_stand_for_areas_that_add_up_to_the_faces_light(room, lamp, below
         brought = stands * exchanged(places[:, None], normals[:, None], targets, luminaire.normal)
         return np.abs(brought.mean(axis=1) / np.pi / truth - 1)
 
-    # Nets err by less than independent points, by the spread of what these bring over √n; what they bring is
-    # at most some four times its mean.
+    # Nets err by less than independent points, whose error is the spread of their weights over √n; a weight
+    # is at most some four times its mean.
     aside = error(*luminaire.aimed(places[:, None], square))
     assert aside.max() < 4 / np.sqrt(RAYS)
     assert np.sqrt((aside**2).mean()) < 1 / np.sqrt(RAYS)
@@ -41,8 +41,8 @@ def test_points_stand_for_areas_that_add_up_to_the_faces_light(room, lamp, below
 
 
 def test_eight_rays_between_blades_under_a_large_face_are_right_in_the_mean(room):
-    """A blade's face sees a strip of the lamp over it past the next blade, which brings most; of eight evenly
-    spread points none or one is there, and they said 0.16 in the mean where 0.44 is right."""
+    """A blade sees a strip of the lamp past the next blade, from which most of its light comes. Of eight
+    evenly spread points at most one is on the strip: their mean would be 0.16 instead of 0.44."""
     blade = {"shape": "box", "position": [1.90, 0.2, 2.7], "size": [0.02, 3.6, 0.2]}
     scene = room(luminaires=[{**RECTANGLE, "size": [3.6, 3.6]}], objects=[blade])
     luminaire = scene.luminaires[0]

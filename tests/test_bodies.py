@@ -1,4 +1,4 @@
-"""Solids that overlap, and sheets: what of them faces air, and the light about them."""
+"""Overlapping solids, and sheets: the areas that face air, and the light around them."""
 
 from dataclasses import replace
 
@@ -168,7 +168,7 @@ def test_a_solid_of_two_materials_is_one_solid(scene):
     assert areas["floor"] == pytest.approx(16 - 1 - 4 + 0.25, rel=1e-9)
 
 
-def test_what_stands_in_furniture_is_refused_before_the_work(scene):
+def test_lamps_and_meters_inside_furniture_are_refused_before_the_solve(scene):
     crate = box((1, 1, 0), (2, 2, 2))
     with pytest.raises(renderer.InputError, match=r"photometers\[0\]\.position is \[2, 2, 1\], inside"):
         scene(crate, meters=[{"position": [2, 2, 1]}])
@@ -177,7 +177,7 @@ def test_what_stands_in_furniture_is_refused_before_the_work(scene):
     scene(crate, meters=[{"position": [2, 2, 2]}])  # on it
 
 
-def test_plan_says_what_takes_no_part_and_which_lamp_is_a_slip(scene):
+def test_plan_lists_parts_without_effect_and_misplaced_lamps(scene):
     sunk = scene(box((1, 1, -0.5), (1, 1, 1)))
     assert any("outside the room" in reason for reason in make_plan(sunk, 0.05, None).reasons)
     standing = scene(box((1, 1, 0), (1, 1, 1)))

@@ -1,4 +1,4 @@
-"""Form factors kept between runs: whole, harmless, and of the same numbers."""
+"""The cache of form factors: whole files, safe to read, with unchanged numbers."""
 
 import json
 import os
@@ -30,7 +30,7 @@ def made(value: float = 1.0):
     return {"a": np.full(1000, value), "b": np.arange(3)}
 
 
-def test_what_is_kept_is_what_was_made(tmp_path):
+def test_cached_arrays_are_unchanged(tmp_path):
     kept = Cache(tmp_path)
     kept.arrays("one", made)
     again = kept.arrays("one", never)
@@ -81,7 +81,7 @@ def test_a_folder_of_that_name_is_left_alone(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["something.kept"]
 
 
-def test_what_is_too_large_is_not_kept(tmp_path, monkeypatch):
+def test_large_arrays_are_not_cached(tmp_path, monkeypatch):
     monkeypatch.setattr(cache, "MAX_CACHE_BYTES", 200)  # and half of that for one result
     Cache(tmp_path).arrays("one", made)
     assert not list(tmp_path.iterdir())
@@ -101,7 +101,7 @@ def _write(folder, value):
         assert (found["a"] == 7.0).all()
 
 
-def test_processes_at_once_do_no_harm(tmp_path):
+def test_concurrent_processes_keep_files_whole(tmp_path):
     context = get_context("spawn")
     workers = [context.Process(target=_write, args=(tmp_path, k)) for k in range(2)]
     for worker in workers:
@@ -131,7 +131,7 @@ def test_a_kept_room_gives_the_same_numbers_and_casts_no_ray(room, tmp_path, mon
     assert (same.total_lx, same.uncertainty) == (read.total_lx, read.uncertainty)
 
 
-def test_another_geometry_setting_or_program_has_its_own(room, tmp_path, monkeypatch):
+def test_another_geometry_setting_or_program_has_its_own_file(room, tmp_path, monkeypatch):
     kept = Cache(tmp_path / "kept")
 
     def files(**changed):
@@ -146,7 +146,7 @@ def test_another_geometry_setting_or_program_has_its_own(room, tmp_path, monkeyp
     assert counts == [3, 3, 6, 9, 12, 15]
 
 
-def test_the_commands_say_and_clear_what_is_kept(here, room_file, tmp_path, monkeypatch):
+def test_the_commands_list_and_clear_the_cache(here, room_file, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
     scene = room_file(objects=[CRATE], photometers=[METER]).path
     ask = ("photometer", scene, "--accuracy", "5%", "--json", "--quiet")

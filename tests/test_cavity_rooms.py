@@ -1,4 +1,4 @@
-"""Rooms of files whose walls and slabs are solids: the scene written of them solves at once."""
+"""Rooms of files with walls and slabs as solids: the imported scene solves without changes."""
 
 import tomllib
 

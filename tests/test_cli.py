@@ -1,4 +1,4 @@
-"""The command line: what it prints, where it writes, and how it refuses."""
+"""The command line: output, files and refusals."""
 
 import inspect
 import json
@@ -73,7 +73,7 @@ def test_photometer_prints_the_contracts_object(here, folder):
     assert len(reading["spectrum"]["wavelength_nm"]) == 31
 
 
-def test_rgb_says_what_it_cannot_know(here, folder):
+def test_rgb_gives_reasons_for_missing_values(here, folder):
     record = json.loads(here("photometer", "room.toml", "--json", "--quiet", "--bands", "rgb",
                             cwd=folder).stdout)
     assert record["readings"][0]["melanopic_edi_lx"] is None
@@ -246,7 +246,7 @@ def two_rooms(folder) -> list[str]:
 
 
 def kept(folder, code: int, said: str, told: str, word: str) -> None:
-    """Check what an interrupted command has left, and that it shows the word."""
+    """Check the output and exit code of an interrupted command, and that it shows the word."""
     assert code == 1, said
     assert "interrupted; each reading is the last one known" in said
     assert "Traceback" not in said
@@ -254,7 +254,7 @@ def kept(folder, code: int, said: str, told: str, word: str) -> None:
     assert not list(folder.rglob("*.part*"))
 
 
-def test_ctrl_c_keeps_what_is_known(folder):
+def test_ctrl_c_keeps_readings(folder):
     process = subprocess.Popen([sys.executable, "-m", "renderer", "compare", *two_rooms(folder), "--accuracy",
                                 "10%", "--no-cache", "--out", str(folder)], cwd=folder,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -269,7 +269,7 @@ def test_ctrl_c_keeps_what_is_known(folder):
 @pytest.mark.parametrize(("command", "rooms", "accuracy", "line", "word"), [
     ("report", 2, "10%", "B: ", "report.html"), ("ugr", 1, "0.15%", "is not known to", "eye"),
     ("photometer", 1, "0.15%", "% requested; ", "behind"), ("luminance", 1, "5%", "solving finer", "spot")])
-def test_every_command_keeps_what_is_known(folder, here, monkeypatch, command, rooms, accuracy, line, word):
+def test_every_interrupted_command_keeps_its_readings(folder, here, monkeypatch, command, rooms, accuracy, line, word):
     """The signal comes with a line of progress, in this process."""
     say, came = terminal.say, []
 

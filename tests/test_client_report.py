@@ -1,4 +1,4 @@
-"""The report for a client: what is installed and asked, met or not with the bar, and names that stay text."""
+"""The report for a client: luminaires, requirements met or not with their bars, and escaped names."""
 
 import shutil
 

@@ -1,4 +1,4 @@
-"""Rows of an operator cast on a Dask cluster: bit for bit what is cast here, whoever dies."""
+"""Rows of an operator cast on a Dask cluster are equal to those cast here, also when workers die."""
 
 import os
 import signal

@@ -1,4 +1,5 @@
-"""Colour and α-opic light at a point: from the lamps' 1 nm and the bands' share, against laws and tables."""
+"""Colour and α-opic light at a point, from the lamps at 1 nm and the bands' shares, against laws and
+tables."""
 
 import json
 
@@ -97,7 +98,8 @@ def test_a_band_in_which_no_lamp_shines_is_passed_over():
 
 @pytest.mark.parametrize("lamp", LAMPS)
 def test_light_from_a_painted_sphere_against_1_nm(lamp):
-    # All light by way of the wall, ρ/(1 − ρ) of it: the saturated paints, nothing direct to dilute the error.
+    # All light is reflected, ρ/(1 − ρ) of the lamp's; direct light would reduce the error of saturated
+    # paints.
     names, nm, chips = munsell_chips()
     source = illuminant(lamp, "")
     power, flux = spectral_flux(source, 1.0), band_flux(source, 1.0, BANDS, "")

@@ -1,4 +1,4 @@
-"""The main job, run as a user runs it, and what it must show."""
+"""`renderer compare`, run as a user runs it, and its results."""
 
 import csv
 import json

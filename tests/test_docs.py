@@ -1,4 +1,4 @@
-"""The pages keep what they promise: examples print what is shown, links lead somewhere, pictures are made."""
+"""The pages: examples print the output shown, links have targets, pictures are made by a command."""
 
 import contextlib
 import io
@@ -40,7 +40,7 @@ EXAMPLES = [name for name, page in PAGES.items() if any(map(runs, pages.blocks(p
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_examples_run_and_print_what_is_shown(name, tmp_path, here, monkeypatch):
-    """In a folder of its own, as a reader would: files saved, commands typed, in the order of the page."""
+    """Files are saved and commands run in an empty folder, in the order of the page."""
     monkeypatch.chdir(tmp_path)
     parts = pages.blocks(PAGES[name])
     shown, scene = pages.shown(parts), {}
@@ -79,7 +79,7 @@ def ran(block: pages.Block, here, folder: Path, whole: bool) -> str:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_parts_of_scenes_are_what_a_scene_may_have(name):
-    """TOML that is not saved is a part of the page's last whole scene, and makes a valid one with it."""
+    """TOML that is not saved is a part of the page's last whole scene, and valid with it."""
     scene = tomllib.loads((ROOT / "scenes" / "furnished_room.toml").read_text())
     for block in pages.blocks(PAGES[name]):
         if block.kind != "toml" or block.said == "wrong.toml":
@@ -93,7 +93,7 @@ def test_parts_of_scenes_are_what_a_scene_may_have(name):
 
 @pytest.mark.parametrize("name", PAGES)
 def test_examples_that_are_not_run_could_be(name):
-    """Every command on a page exists and takes those options; those that are not run say why."""
+    """Every command on a page exists with its options; those that are not run state the reason."""
     from renderer.cli import app
 
     for block in pages.blocks(PAGES[name]):
@@ -107,7 +107,7 @@ def test_examples_that_are_not_run_could_be(name):
 
 
 def texts() -> dict[Path, str]:
-    """Every page, and what the notebook says between its cells."""
+    """Every page, and the text of the notebook."""
     found = {page: page.read_text(encoding="utf-8") for page in PAGES.values()}
     notebook = json.loads((DOCS / "tutorial.ipynb").read_text(encoding="utf-8"))
     cells = ("".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "markdown")
@@ -115,7 +115,7 @@ def texts() -> dict[Path, str]:
 
 
 def links(text: str) -> list[str]:
-    """Where links and pictures lead."""
+    """The targets of links and pictures."""
     inline = (token for part in MarkdownIt("commonmark").enable("table").parse(text) if part.type == "inline"
               for token in part.children)
     return [token.attrs.get("href") or token.attrs.get("src") for token in inline

@@ -1,4 +1,4 @@
-"""Error bars: what they are made of, that they hold, and that the accuracy asked is met."""
+"""Error bars: their parts, their coverage, and that the requested accuracy is reached."""
 
 from contextlib import suppress
 from itertools import pairwise, product
@@ -19,7 +19,7 @@ from renderer.solving.transport_store import TransportStore
 
 UP = [0, 0, 1]
 TWICE = 2 ** (1 / CONVERGENCE_ORDER)
-"""Patches so many times as long have errors twice as large, as they are taken."""
+"""Ratio of patch sizes for which errors are assumed to differ by a factor of two."""
 
 
 @pytest.mark.slow
@@ -37,7 +37,7 @@ def test_bars_hold_and_are_sharp_over_random_rooms(tmp_path):
     assert np.median(bar / error) <= 4
 
 
-def test_surfaces_that_cancel_are_not_taken_for_agreement():
+def test_cancelling_changes_of_surfaces_widen_the_bar():
     fine, other = np.array([100.0, 10.0, 20.0]), np.array([100.0, 11.0, 19.0])
     mesh, sampling = half_widths(np.array([fine, other]), np.zeros((0, 3)), (TWICE,))
     assert mesh == pytest.approx(np.sqrt(2), rel=1e-3)
@@ -47,14 +47,14 @@ def test_surfaces_that_cancel_are_not_taken_for_agreement():
 
 
 @pytest.mark.parametrize("sizes", [(1.0, 2.0, 4.0), (1.0, 5.5, 11.0), (1.0, 0.125)])
-def test_of_an_error_of_that_order_the_bar_is_the_whole(sizes):
+def test_the_bar_of_an_error_of_the_assumed_order_is_that_error(sizes):
     meshes = np.array([[100.0, 20.0 + 0.3 * size**CONVERGENCE_ORDER] for size in sizes])
     steps = tuple(b / a for a, b in pairwise(sizes))
     mesh, _ = half_widths(meshes, np.zeros((0, 2)), steps)
     assert mesh == pytest.approx(0.3, rel=1e-3)
 
 
-def test_two_meshes_that_agree_by_accident_are_asked_with_a_third():
+def test_a_third_mesh_counts_where_two_agree_by_chance():
     mesh, _ = half_widths(np.array([[20.0], [20.0], [22.0]]), np.zeros((0, 1)), (TWICE, TWICE))
     assert mesh == pytest.approx(np.sqrt(1 / 2), rel=1e-3)  # half of the second step, 1, beside 0
 
@@ -71,7 +71,8 @@ def test_the_sampling_bar_holds_for_samples_whose_spread_is_known():
 
 
 def test_a_room_of_facets_smaller_than_patches_is_held_against_a_finer_one(tmp_path):
-    """Meshes asked for half as fine and twice as fine divide no facet: they are the same mesh, and agree."""
+    """Meshes with patches half and twice as long divide no facet, so they are equal and cannot give an
+    error."""
     trimesh.creation.icosphere(subdivisions=2, radius=2.0).export(tmp_path / "sphere.stl")
     (tmp_path / "room.toml").write_text("""
         [room]
@@ -99,7 +100,8 @@ def test_a_room_of_facets_smaller_than_patches_is_held_against_a_finer_one(tmp_p
 
 
 def test_under_a_shelf_of_one_patch_the_bar_is_as_wide_as_the_error(room):
-    """Where patches are as large as what is read is deep, a second mesh knows no more than the first."""
+    """Where patches are as large as the space under the shelf is high, a second mesh is no better than the
+    first."""
     shelves = [{"shape": "box", "position": [0.0, 1.0, 0.3 + 0.3 * k], "size": [0.4, 2.0, 0.03]}
                for k in range(6)]
     scene = room(0.7, objects=shelves)
@@ -112,7 +114,8 @@ def test_under_a_shelf_of_one_patch_the_bar_is_as_wide_as_the_error(room):
 
 @pytest.mark.parametrize("spot", [(1.8, 1.45, 0.0), (2.2, 1.2, 0.0), (2.5, 1.5, 0.0)])
 def test_under_a_low_table_a_coarse_mesh_reads_what_paths_from_the_meter_say(room, spot):
-    """0.3 m under it patches of 0.6 m lay half in its shade on every mesh: 4.40 ± 0.15 lx for 3.87."""
+    """0.3 m under the table, patches of 0.6 m are half in its shade on every mesh, which gives 4.40 ± 0.15 lx
+    for 3.87."""
     table = {"shape": "box", "position": [1.0, 1.0, 0.3], "size": [1.6, 0.9, 0.03]}
     lamp = {"shape": "point", "center": [3.0, 3.0, 2.0], "flux": 1000}
     scene = room(0.5, luminaires=[lamp], objects=[table])
@@ -178,7 +181,7 @@ def test_the_error_of_three_bands_is_named_and_a_grey_room_has_none(room):
 
 @pytest.mark.parametrize("seed", [143])
 def test_a_lamp_of_which_only_a_coarser_mesh_loses_light_is_not_refused(tmp_path, seed):
-    """On patches four times as long lamps over a cylinder lost 5 and 6 %, and no meter could be read."""
+    """On patches four times as long, lamps over a cylinder lose 5 and 6 %."""
     solution = renderer.solve(random_scene(seed, tmp_path), "rgb", 0.05)
     assert np.abs(solution.transport.lost).max() < 0.01
     assert all(reading.total_lx > reading.uncertainty for reading in solution.photometers())
@@ -196,7 +199,8 @@ def test_a_surface_that_a_coarser_mesh_has_not_is_known_to_all_of_itself_at_best
 
 
 def test_light_that_the_solve_left_over_is_in_the_bar(room):
-    """Where hardly anything absorbs it is all that readings err by: 0.90 % off, and the bar said 0.80."""
+    """Where hardly anything absorbs, the residual of the solve is the only error: 0.90 %, with a bar of 0.80
+    without it."""
     lamp = {"shape": "point", "center": [2, 2, 2.5], "flux": 1000}
     solution = renderer.solve(room(1 - 1e-12, luminaires=[lamp]), "rgb", 0.05)
     reading = solution.photometer([2, 2, 0], UP)
@@ -207,7 +211,8 @@ def test_light_that_the_solve_left_over_is_in_the_bar(room):
 
 
 def test_a_reading_is_never_below_its_direct_part(room):
-    """Patches of 1.1 m in a room 15 cm high: between vertices light fell below 0, and −0.04 lx was read."""
+    """With patches of 1.1 m in a room 15 cm high, light interpolated between vertices may be negative (−0.04
+    lx)."""
     lamps = [{"shape": "point", "center": [0.8, 9.588, 0.085], "flux": 22.9},
              {"shape": "point", "center": [2.07, 0.773, 0.064], "flux": 178.0}]
     scene = room(0.9, (5.89, 9.6, 0.15), luminaires=lamps, solver={"patch_size": 1.1},

@@ -1,4 +1,4 @@
-"""Rooms whose readings are known exactly: the truths by other ways, and readings held against them."""
+"""Rooms with exactly known readings: the values by independent methods, and readings compared with them."""
 
 from pathlib import Path
 
@@ -42,7 +42,7 @@ def test_steep_light_seen_past_an_opaque_lamp_is_read_right(seed):
         assert abs(reading.total_lx - expected) <= 0.01 * expected
 
 
-def test_a_factor_is_the_catalogue_s_and_a_body_takes_its_part():
+def test_factors_agree_with_the_catalogue_also_past_a_body():
     square = SQUARE[::-1] * 2 + [1.0, 1.0, 1.5]  # over the point's corner, facing down
     eye = np.zeros((1, 3))
     whole = factor(eye, UP, square)
@@ -77,7 +77,7 @@ def test_faces_of_which_one_is_black_send_light_once():
     assert more > 1.01 * once
 
 
-def test_more_nodes_tell_nothing_new_of_light_to_and_fro():
+def test_more_nodes_do_not_change_light_to_and_fro():
     lamp = Lamp(1000, np.array([2.5, 2.0, 1.4]))
     position, normal = np.array([0.0, 3.0, 1.2]), np.array([1.0, 0, 0])
     few, many = (ParallelFaces(lamp, ((CEILING, 0.9), (FLOOR, 0.9)), nodes).illuminance(position, normal)
@@ -89,7 +89,7 @@ def check_within(folder, kind, seed, accuracy, solver_seed=0):
     """Readings within four bars (7.8 standard errors), and never below the light straight from the lamp."""
     got = read(seed, kind, accuracy, folder, solver_seed)
     error, bar = np.abs(got.rows).T
-    # And a twentieth of the accuracy asked, for bars that come out narrow by chance.
+    # And a twentieth of the requested accuracy, for bars that are narrow by chance.
     assert (error <= 4 * bar + 0.05 * accuracy).all(), got.line()
     assert got.below_direct == 0
 
@@ -121,7 +121,8 @@ def test_bars_hold_for_95_of_100_readings_of_exact_rooms(tmp_path, accuracy):
 
 
 def test_light_to_and_fro_is_read_to_its_narrow_bar(tmp_path):
-    """With the mean light of whole patches it was read 0.054 % low by a bar of 0.017 %, on every mesh."""
+    """With the mean light of whole patches the reading would be 0.054 % low, with a bar of 0.017 %, on every
+    mesh."""
     error, bar = np.abs(read(6, "to and fro", 0.01, tmp_path).rows).T
     assert (error <= 2 * bar).all()
     assert error.max() < 2e-4

@@ -1,4 +1,4 @@
-"""The packaged office, classroom and gallery keep what EN 12464-1 asks of such rooms, solved coarsely."""
+"""The packaged office, classroom and gallery fulfil EN 12464-1, in a coarse solve."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from renderer.solving.transport_store import TransportStore
 
 ACCURACY = 0.3
 ABOVE = 1.5
-"""Energy is wasted past this multiple of the illuminance asked for."""
+"""Largest ratio of illuminance to the required one; above it energy is wasted."""
 POINTS = (2, 3)
 
 

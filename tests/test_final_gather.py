@@ -1,4 +1,4 @@
-"""Meters read together by paths: right in the mean, as wide as they say, and as long as was asked."""
+"""Meters read together by paths: unbiased, with correct bars, and to the requested accuracy."""
 
 import numpy as np
 import pytest
@@ -59,7 +59,7 @@ def test_a_patch_whose_light_is_drawn_below_zero_draws_by_chances_from_0_to_1(ro
 
 
 @pytest.mark.parametrize("steps", [1, 2, 3])
-def test_paths_say_what_elements_say(room, steps):
+def test_paths_and_elements_agree(room, steps):
     solution = renderer.solve(room(0.5, objects=[CRATE]), "rgb", 0.02)
     spots = [(3.0, 3.0, 0.0), (0.3, 1.5, 0.0), (1.9, 1.2, 0.75)]
     seen = gather(solution.transport, [place(solution.transport, np.array(x), UP, "") for x in spots], 1024,
@@ -81,7 +81,7 @@ def test_groups_exchange_what_their_patches_do(room):
     assert 1.25 <= groups.longer < 4
 
 
-def test_what_is_asked_is_what_paths_are_followed_for(room):
+def test_paths_are_followed_to_the_requested_accuracy(room):
     scene, spots = room(0.5, objects=[CRATE]), [((3.0, 3.0, 0.0), UP, "a"), ((0.3, 1.5, 0.0), UP, "b")]
     rays, readings = [], []
     for accuracy in (0.1, 0.01, 0.004):
@@ -116,7 +116,7 @@ def test_a_share_of_the_view_that_bars_leave_out_is_met_in_19_of_20_nets():
     assert rare_half_width(exitance, np.zeros((2, 3), dtype=bool), paths).tolist() == [0.0, 0.0]
 
 
-def test_what_hardly_a_path_meets_is_inside_the_bar(room):
+def test_bars_include_surfaces_that_few_paths_meet(room):
     # A white crate of 0.1 m in a black room, a thousandth of what the meter sees: half of the first 512 paths
     # meet none of it, and nothing else reaches the meter, which turns its back to the lamp.
     tiny = {"shape": "box", "position": [3.85, 0.4, 0.0], "size": [0.1, 0.1, 0.1], "material": "white"}
@@ -131,8 +131,8 @@ def test_what_hardly_a_path_meets_is_inside_the_bar(room):
 
 
 def _seen_crate(at, facing, corner, size, rho) -> float:
-    """Illuminance [lx] by way of the top, the x0 and the y1 face of a crate under the panel of `room`, by
-    midpoints."""
+    """Illuminance [lx] by the top, the x0 and the y1 face of a crate under the panel of `room`, by the
+    midpoint rule."""
     middles = (np.arange(10) + 0.5) / 10
     a, b = (x.ravel() for x in np.meshgrid(middles, middles))
     lamp = np.stack([1.5 + a, 1.5 + b, np.full(100, 3.0)], axis=1)
@@ -185,7 +185,7 @@ def test_an_interruption_keeps_what_is_known_with_its_wider_bars(room, monkeypat
     assert all(r.total_lx > 0 for r in readings)
 
 
-def test_long_readings_say_what_is_left_to_the_bar():
+def test_long_readings_report_their_progress():
     said = []
     watch = Watch(said.append)
     watch.tell(1.8, 0.01, 3.2)

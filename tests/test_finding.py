@@ -1,4 +1,4 @@
-"""What RGB gets wrong, as a number and as a sentence: signs, bars, the dark, several rooms."""
+"""The error of RGB as a number and as a sentence: signs, bars, dark rooms, several rooms."""
 
 import csv
 import json
@@ -39,7 +39,7 @@ def test_an_error_in_words_and_in_short(percent, words, short):
     assert signed(percent) == short
 
 
-def test_what_is_not_known_is_a_dash_and_what_is_nothing_is_nought():
+def test_unknown_errors_are_a_dash_and_no_error_is_0():
     assert (signed(None), signed(1e-4)) == ("–", "0 %")
 
 

@@ -1,4 +1,4 @@
-"""The plan: estimates that come true, and what is left out."""
+"""The forecast of `renderer plan` compared with the run, and the list of what is left out."""
 
 import json
 import subprocess
@@ -25,7 +25,7 @@ CORNER = {"name": "corner", "position": [0.01, 0.01, 0.0]}
 
 
 def run(scene, bands, accuracy):
-    """What the command does: solve, and read photometers and grids."""
+    """Solve, and read photometers and grids, as the command does."""
 
     def read(solution):
         readings, areas = solution.photometers(), [read_grid(solution, grid) for grid in scene.grids]
@@ -37,7 +37,7 @@ def run(scene, bands, accuracy):
 
 @pytest.mark.parametrize("objects", [(), (CRATE,)])
 @pytest.mark.parametrize("accuracy", [0.05, 0.02])
-def test_patches_rays_and_bands_are_what_then_happens(room, objects, accuracy):
+def test_the_forecast_of_patches_rays_and_bands_is_exact(room, objects, accuracy):
     scene = room({"rgb": [0.6, 0.3, 0.2]}, objects=objects,
                  photometers=[METER, {**METER, "position": [3.0, 3.0, 1.0]}])
     said = forecast(scene, "31", accuracy)
@@ -135,7 +135,7 @@ def test_memory_is_what_a_run_then_takes(tmp_path):
     assert taken / 2 <= forecast(load("furnished_room"), "31", 0.02).memory <= 2 * taken
 
 
-def test_what_is_left_out_is_said(room):
+def test_the_plan_lists_what_is_left_out(room):
     empty = forecast(room(), "31", 0.01)
     assert empty.rays == 0
     assert (empty.bands_solved, empty.bands) == (1, 31)

@@ -1,7 +1,7 @@
-"""Every reader of a foreign file under random damage: an InputError or a result, never anything else.
+"""Readers of all file formats under random damage: each returns a result or raises InputError.
 
-`make slow` gives it RENDERER_FUZZ_SECONDS, 300 unless said; failing inputs are kept as hypothesis' own seeds
-(.hypothesis/examples) and go into SEEDS here when they are mended.
+`make slow` gives it RENDERER_FUZZ_SECONDS, 300 by default; failing inputs are kept as hypothesis' examples
+(.hypothesis/examples) and are added to SEEDS here when they are corrected.
 """
 
 import base64
@@ -101,9 +101,9 @@ SEEDS = {"scene.toml": [b"\xef\xbb\xbf" + SCENE, SCENE + b"x = " + b"[" * 5000,
          "a.obj": [OBJ.replace(b"f 1 3 2", b"f 1 3 99999999999999999999"),
                    OBJ.replace(b"v 0 0 0", b"v nan inf 0")],
          "a.ply": [PLY.replace(b"vertex 3", b"vertex 999999999999")]}
-"""Inputs that once went wrong, or of kinds that did elsewhere: tried each time."""
+"""Inputs tried in every run, of kinds that are known to fail."""
 ROUND = 200
-"""Damaged files between two looks at the clock."""
+"""Number of damaged files between two checks of the time."""
 SECONDS = float(os.environ.get("RENDERER_FUZZ_SECONDS", 300)) / len(READERS)
 
 
@@ -141,7 +141,7 @@ def test_a_whole_file_is_read(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", SEEDS)
-def test_what_once_went_wrong_is_refused_or_read(tmp_path, name):
+def test_known_faulty_inputs_are_refused_or_read(tmp_path, name):
     for data in SEEDS[name]:
         reads(tmp_path, name, data)
 

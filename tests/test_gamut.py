@@ -140,7 +140,7 @@ def test_yellow_is_underestimated_3_times_only_by_spectra_that_come_near_1():
     assert largest_ratios(PLACE, yellow, 0.96)[0, 0] < 3 < largest_ratios(PLACE, yellow, 0.98)[0, 0]
 
 
-def test_what_a_bound_says_of_a_colour():
+def test_classes_of_bounds():
     low, high = np.array([0.9, 0.9, 0.5, 0.5, 1.3, 0.2]), np.array([1.1, 2.0, 1.1, 2.0, 2.0, 0.7])
     assert classify(low, high).tolist() == [0, 1, 2, 3, 4, 4]
 

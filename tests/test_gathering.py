@@ -1,4 +1,4 @@
-"""Facets gathered into patches: as many unknowns as a shape's size needs, and the same light."""
+"""Facets gathered into patches: as many unknowns as a shape's size needs, with unchanged light."""
 
 import numpy as np
 import pytest

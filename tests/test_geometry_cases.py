@@ -1,4 +1,4 @@
-"""The customer's cases of geometry and of buried faces: each value that is right, by the photometer."""
+"""The given cases of geometry and of buried faces, by the photometer."""
 
 from functools import cache
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""UGR by hand, the position index against Guth's, and who dazzles nobody."""
+"""UGR by hand, the position index against Guth's, and luminaires that do not count."""
 
 import json
 from math import atan2, degrees, exp, hypot, log10, pi
@@ -79,7 +79,7 @@ def test_lumens_raise_it_and_a_mirrored_pair_does_not(room):
     ([2, 3.2, 1.2], [0, 1, 0]),  # H/R = 6: brow and forehead hide it
     ([0.2, 3.4, 2.5], [0, 1, 0]),  # T/R = 18
 ])
-def test_what_is_out_of_the_field_of_view_does_not_count(room, eye, toward):
+def test_luminaires_out_of_the_field_of_view_do_not_count(room, eye, toward):
     found = rate_glare(renderer.solve(room(0.5, luminaires=[SMALL]), accuracy=0.1), eye, toward)
     assert found.rating is None
     assert found.uncertainty is None

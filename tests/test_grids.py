@@ -1,4 +1,4 @@
-"""Grids: how many points EN 12464-1 asks for, what they read, and what can be no grid."""
+"""Grids: the number of points by EN 12464-1, readings, and refusals."""
 
 import csv
 import json
@@ -17,7 +17,7 @@ from renderer.scene.grids import Grid, cell_count, largest_cell
 from renderer.solving.measure import read_grid
 
 TWICE = 2 ** (1 / CONVERGENCE_ORDER)
-"""Patches so many times as long have errors twice as large, as they are taken."""
+"""Ratio of patch sizes for which errors are assumed to differ by a factor of two."""
 PLANE = {"name": "plane", "origin": [0, 0, 0.8], "u": [4, 0, 0], "v": [0, 4, 0]}
 # EN 12464-1:2011, Table A.1: longer side [m], largest cell [m] as rounded there, least number of points.
 TABLE_A1 = [(0.4, 0.15, 3), (0.6, 0.2, 3), (1, 0.2, 5), (2, 0.3, 6), (5, 0.6, 8), (10, 1, 10), (25, 2, 12),
@@ -164,7 +164,7 @@ def test_extremes_are_read(room, grid, flux):
     ({"spacing": 0.0}, "spacing"),
     ({"step": 1.0}, "step is not a known key"),
 ])
-def test_what_is_no_grid(room, change, message):
+def test_refused_grids(room, change, message):
     with pytest.raises(renderer.InputError, match=message):
         room(0.5, grids=[{**PLANE, **change}])
 

@@ -1,4 +1,4 @@
-"""Files of other programs: the same room from each of them reads the same; none does harm."""
+"""Files of other programs: one room in each format has equal readings; no file does harm."""
 
 import contextlib
 import json
@@ -61,7 +61,7 @@ def table(written) -> dict:
     return tomllib.loads(written.files[0].read_text())
 
 
-def test_what_is_not_carried_over_is_listed_in_the_result_and_in_the_file(folder, tmp_path):
+def test_contents_that_are_not_imported_are_listed_in_the_result_and_in_the_file(folder, tmp_path):
     for name, words in (("room.hbjson", "aperture"), ("room.xml", "openings"), ("room.ifc", "panel_of")):
         written = import_file(folder / name, tmp_path / f"{name}.toml")
         assert any(words in each for each in written.not_carried)

@@ -1,4 +1,4 @@
-"""The keys of a scene file as the program explains them, and what it says of other words for them."""
+"""The explanations of scene file keys, and the advice on wrong words for them."""
 
 import json
 import re

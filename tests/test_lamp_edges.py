@@ -1,4 +1,4 @@
-"""The share of a pixel that a lamp covers, against areas: in a black room nothing else shines."""
+"""The share of a pixel that a lamp covers, compared with areas in a black room."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from renderer.scene.meter_tables import CameraTable
 
 UPWARD = CameraTable(position=(2.0, 2.0, 0.5), look_at=(2.0, 2.0, 3.0), fov=60, resolution=(64, 48))
 PIXEL = 2 * 2.5 * np.tan(np.radians(30)) / 64
-"""Side [m] of what a pixel of UPWARD shows of the ceiling."""
+"""Side [m] of the square of ceiling that a pixel of UPWARD shows."""
 
 
 def covered(scene, camera):

@@ -1,4 +1,4 @@
-"""The house: light passes from the first folder to the last, and imports never run back."""
+"""The order of folders: a module imports only from folders that stand before its own."""
 
 import ast
 import subprocess

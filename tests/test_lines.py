@@ -1,4 +1,4 @@
-"""Light in lines: each line's lumens and watts go by V at its own wavelength, whatever else is in its
+"""Spectral lines: the lumens and watts of each follow V(λ) at its wavelength, whatever else is in its
 band."""
 
 import shutil

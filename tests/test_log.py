@@ -1,4 +1,4 @@
-"""A run can be traced: its steps are logged, and a reading says what each surface sent it."""
+"""The log of a run's steps, and the light of each surface in a reading."""
 
 import logging
 
@@ -36,7 +36,7 @@ def test_a_run_logs_nothing_unless_asked(here, tmp_path):
 
 
 def test_a_reading_keeps_what_each_surface_sent(room):
-    """On the floor of a room, light comes by way of every surface but the floor itself."""
+    """On the floor of a room, light comes from every surface except the floor itself."""
     solution = renderer.solve(room(0.5), "rgb", 0.3)
     reading = solution.photometer([1.0, 1.0, 0.0], [0, 0, 1])
     names = [surface.name for surface in solution.scene.surfaces]

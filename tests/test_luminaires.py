@@ -1,4 +1,4 @@
-"""Measured luminaires: near and far, up and down, turned, in arrays, and what their command says."""
+"""Measured luminaires: near and far, up and down, turned, in arrays, and their data sheet."""
 
 
 import numpy as np
@@ -20,7 +20,7 @@ UPWARD = np.clip(-np.cos(np.radians(DEGREE)), 0, None)
 CHORDS = 1e-4
 """A cosine in steps of 1° is 2.5e-5 less between them; quadrature leaves about as much."""
 SHARP = 1e-3
-"""What two Gauss points leave at the kinks of a coarse table (renderer/radiometry/quadrature.py)."""
+"""Error of two Gauss points at the kinks of a coarse table (renderer/radiometry/quadrature.py)."""
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Which way to form factors a room takes, and that plan, forecast and record name the one that ran."""
+"""The form-factor method of a room, and that plan, forecast and record name the method used."""
 
 from dataclasses import replace
 

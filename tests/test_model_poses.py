@@ -1,4 +1,4 @@
-"""Model files whose vertices are packed, posed or mirrored: the same tetrahedron out of each."""
+"""Model files with packed, posed or mirrored vertices: each gives one tetrahedron."""
 
 import json
 import re

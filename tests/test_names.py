@@ -1,4 +1,4 @@
-"""One name, one thing: a public name stands in one module only."""
+"""A public name is defined in one module only."""
 
 import ast
 from collections import defaultdict

@@ -1,4 +1,4 @@
-"""A kind of luminaire that the program does not know is read right: all it adds is its class."""
+"""A new kind of luminaire needs only its class."""
 
 from dataclasses import dataclass, field, replace
 

@@ -1,4 +1,4 @@
-"""Six placed nodes: what they promise for paints, lamps and rooms, and what they do not know."""
+"""Six placed nodes: accuracy for paints, lamps and rooms, and quantities that they do not give."""
 
 import json
 
@@ -115,7 +115,7 @@ def test_bands_of_one_width_are_centred_from_400_to_700(name, width):
 
 
 @pytest.mark.parametrize("bands", ["6", "9"])
-def test_what_few_bands_cannot_know_is_null_with_the_reason(here, tmp_path, bands):
+def test_values_that_few_bands_cannot_give_are_null_with_the_reason(here, tmp_path, bands):
     said = here("photometer", "grey_room", "--bands", bands, "--accuracy", "5%", "--json", "--quiet",
                 cwd=tmp_path)
     reading = json.loads(said.stdout)["readings"][0]

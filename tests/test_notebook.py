@@ -1,4 +1,4 @@
-"""What Python users see of a solution: in a notebook, and as an xarray Dataset."""
+"""A solution in a notebook, and as an xarray Dataset."""
 
 import base64
 import copy
@@ -72,7 +72,7 @@ def test_a_notebook_shows_the_picture_and_the_readings(room, bands):
     assert len(repr(solution)) < 100  # and not its arrays
 
 
-def test_what_cannot_be_shown_says_why(room):
+def test_missing_pictures_and_readings_state_the_reason(room):
     """A dark room; no camera, no photometer; a camera inside a solid; a meter that faces its surface."""
     dark = renderer.solve(seen(room(luminaires=[], photometers=[METER])), accuracy=0.1)._repr_html_()
     assert Shown(dark).cells[3] == "0.00"

@@ -1,4 +1,4 @@
-"""Model files of kinds that go wrong in other programs: the right room, or one sentence."""
+"""Model files that other programs misread: the right room, or one sentence."""
 
 import sys
 from pathlib import Path
@@ -88,7 +88,7 @@ def test_furniture_through_a_wall_is_doubted_and_a_sunk_foot_is_not(loaded):
         return loaded(objects=[{"name": "desk", "shape": "box", "position": [x, 1, z], "size": [1, 1, 1],
                                 "material": "g"}])
     assert doubts(desk(4.4, 0)) == [
-        "objects 'desk' reaches 0.4 m out of the room; what is outside takes no part"]
+        "objects 'desk' reaches 0.4 m out of the room; the part outside has no effect"]
     assert not doubts(desk(2, -0.005))
 
 

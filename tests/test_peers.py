@@ -1,4 +1,4 @@
-"""What peer programs are given, what they say of closed forms, and what happens where they cannot run."""
+"""Export to peer programs, their readings of closed forms, and messages where they cannot run."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""The photometer against CIE 171:2006, against what symmetry says, and where it may not stand."""
+"""The photometer against CIE 171:2006 and symmetries, and places where it is refused."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,5 @@
-"""Photometric files: every edition and symmetry of one distribution alike, every fault one sentence."""
+"""Photometric files: one distribution in every edition and symmetry reads alike; every fault gives one
+sentence."""
 
 import numpy as np
 import pytest

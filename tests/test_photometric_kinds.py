@@ -1,4 +1,4 @@
-"""Kinds of photometric files that makers write: the editions, shapes, labels and slips of each."""
+"""Kinds of photometric files of manufacturers: editions, shapes, labels and mistakes."""
 
 import re
 

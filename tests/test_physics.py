@@ -1,4 +1,4 @@
-"""What must hold for light in any closed room, whatever the numbers."""
+"""Laws of light in any closed room."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def test_a_closed_room_of_one_reflectance_has_the_mean_that_energy_dictates(room
 
 @pytest.mark.parametrize("objects", [[], [BOX]])
 @pytest.mark.parametrize("rho", RHOS)
-def test_what_is_emitted_is_absorbed(room, rho, objects):
+def test_emitted_flux_is_absorbed(room, rho, objects):
     solution = renderer.solve(room(rho, objects=objects), bands="31", accuracy=0.05)
     assert solution.energy_balance_error < 1e-6
     assert np.isfinite(solution.radiosity).all()

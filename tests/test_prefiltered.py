@@ -76,7 +76,7 @@ def test_a_line_between_two_nanometres_keeps_its_flux_in_every_band_set():
     assert all(np.isfinite(f).all() for f in flux)
 
 
-def test_what_is_sampled_at_whole_nanometres_stays_as_it_is():
+def test_samples_at_whole_nanometres_stay_unchanged():
     for name in LAMPS:
         lamp = illuminant(name, "test")
         np.testing.assert_allclose(power_at_1_nm(lamp), np.interp(cie_1931()[0], lamp.nm, lamp.values, 0, 0),

@@ -1,4 +1,4 @@
-"""Many readings on every core: the same by threads and by processes, whatever befalls these."""
+"""Many readings on every core: threads and processes give equal results, also when processes die."""
 
 import os
 
@@ -44,7 +44,7 @@ def test_no_reading_asks_for_no_error_bars(solution):
     assert "mesh_sequence" not in vars(solution)
 
 
-def test_what_is_wrong_in_a_process_is_said(solution, monkeypatch):
+def test_errors_in_a_process_are_raised(solution, monkeypatch):
     monkeypatch.setattr(processes, "SECONDS_WORTH_A_PROCESS", 0.0)
     with pytest.raises(renderer.InputError, match=r"'beside'.*outside"):
         solution.read_at([*SPOTS, ([9.0, 1.0, 0.0], [0, 0, 1], "beside")])

@@ -1,4 +1,4 @@
-"""What a Python user calls: dicts as scenes, every reading, every wrong argument refused in one sentence."""
+"""The Python interface: dicts as scenes, every reading, every wrong argument refused in one sentence."""
 
 import copy
 import doctest
@@ -45,7 +45,7 @@ def test_every_public_method_has_an_example_or_is_the_plural_of_one():
                 assert ">>>" in made.__doc__ or plural or isinstance(made, type), name
 
 
-def test_what_is_public_is_told():
+def test_public_names_are_listed():
     assert set(dir(renderer)) == {"Figure", "Glare", "GridReading", "InputError", "Reading", "Scene",
                                   "Solution", "SolveError", "load", "solve", "__version__"}
     for name in dir(renderer):

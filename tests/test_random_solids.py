@@ -18,7 +18,7 @@ SIZE = np.array([5.0, 4.0, 3.0])
 LAMP = np.array([2.5, 2.0, 2.6])
 METERS = (([0.6, 0.5, 0.0], [0, 0, 1]), ([5.0, 3.4, 1.2], [-1, 0, 0]))
 CLEAR = 0.3
-"""No body comes nearer than this to the lamp or a meter [m]."""
+"""Smallest distance of bodies from the lamp and from meters [m]."""
 
 
 def solid(random) -> TriangleMesh:

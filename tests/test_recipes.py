@@ -1,4 +1,4 @@
-"""The recipes of the pages run as they stand, with fewer paints."""
+"""The recipes of the pages run unchanged, with fewer paints."""
 
 import csv
 import subprocess

@@ -1,4 +1,4 @@
-"""The report: numbers that survive the file, honest bars, nothing in it that runs or loads by itself."""
+"""The report: accuracy of its numbers, coverage of its bars, and escaped text without network access."""
 
 import base64
 import hashlib
@@ -49,7 +49,7 @@ position = [1.5, 2.0, 0.0]
 
 
 def quiet(step):
-    """Progress that nobody watches."""
+    """Progress without output."""
 
 
 def written(scenes, out):
@@ -224,7 +224,7 @@ def test_a_camera_of_many_pixels_is_shown_smaller(room):
     assert "8192 × 4096 pixels are shown as 100 × 50" in notes[0]
 
 
-def test_what_cannot_be_made_small_is_said(room, tmp_path, monkeypatch):
+def test_a_page_that_stays_large_is_reported(room, tmp_path, monkeypatch):
     monkeypatch.setattr("renderer.studies.report.MAX_PAGE_BYTES", 1000)
     scene = replace(room(0.5), camera=CAMERA)
     _, notes = written([scene], tmp_path)

@@ -1,4 +1,4 @@
-"""The study of RGB in rooms: its rooms can be solved, its models are those of the commands."""
+"""The study of RGB in rooms: its rooms can be solved, and its models agree with the commands."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Rooms that are not boxes: outlines and meshes, their laws, their equals, and their faults."""
+"""Rooms that are not boxes (outlines and meshes): laws, equal rooms, and faults."""
 
 
 import numpy as np
@@ -69,8 +69,8 @@ def test_a_ring_shaped_room_is_not_convex(meshed):
 
 
 def test_indirect_light_is_uniform_in_an_integrating_sphere(meshed):
-    # Every point of a sphere receives E = Φρ / (A (1 − ρ)) by way of the wall, wherever the lamp is.
-    # A polyhedron's edges spoil that near them; halving its faces halves that at least.
+    # Every point of a sphere receives E = Φρ / (A (1 − ρ)) by reflection, wherever the lamp is. A
+    # polyhedron's edges spoil that near them; halving its faces halves that at least.
     spread = []
     for subdivisions in (0, 1, 2):
         ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=2.0)

@@ -1,4 +1,4 @@
-"""Rooms whose walls are solids or loose sheets: the light is that of the room between them."""
+"""Rooms with solids or loose sheets as walls read as the room between them."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a scene file may say, and the one sentence for each thing it may not."""
+"""Valid scene files, and the one sentence for each fault."""
 
 import re
 

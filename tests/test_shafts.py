@@ -1,4 +1,4 @@
-"""Culling before casting: what is in plain sight is, and the rest is told by rays."""
+"""The shaft test: pairs that it calls unobstructed are, and rays decide the others."""
 
 from dataclasses import replace
 from functools import partial
@@ -47,7 +47,7 @@ def doubtful(mesh, ray_scene):
 
 
 def facing(mesh, ray_scene):
-    """Pairs of exposed patches of which some of each is before the other."""
+    """Pairs of exposed patches, each at least partly in front of the other."""
     reach = np.stack([((mesh.corners - place) @ normal).max(axis=1)
                       for place, normal in zip(mesh.centroid, mesh.normal, strict=True)])
     before = reach > 1e-6 * mesh.scale
@@ -185,7 +185,7 @@ def test_nothing_stands_between_a_lamp_and_what_it_is_said_to_light_whole(tmp_pa
     assert checked > 100
 
 
-def test_half_samples_depart_by_what_the_whole_errs_by(room):
+def test_half_samples_depart_by_the_error_of_the_whole(room):
     mesh = mesh_of(room(objects=[CRATE, TURNED], luminaires=()), 0.5)
     ray_scene = RayScene(mesh)
     member = np.eye(mesh.surface.max() + 1)[mesh.surface]
@@ -250,7 +250,7 @@ def test_a_room_with_nothing_open_has_no_pairs(room):
     assert probe_pairs(mesh, ray_scene, 1024, (0,)) is None
 
 
-def test_both_ways_read_alike(monkeypatch):
+def test_both_methods_read_alike(monkeypatch):
     scene = load("furnished_room")
     pairs = renderer.solve(scene, bands="rgb", accuracy=0.02)
     read = pairs.photometers()

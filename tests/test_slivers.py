@@ -1,4 +1,4 @@
-"""Slivers and patches shut in, as model files have them, leave the light on all other patches as it is."""
+"""Slivers and enclosed patches of model files do not change the light on other patches."""
 
 from dataclasses import replace
 

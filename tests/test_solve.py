@@ -1,4 +1,4 @@
-"""The solver, by choosing the answer first; and how fast the mesh converges."""
+"""The solver with chosen solutions, and the mesh's order of convergence."""
 
 from dataclasses import replace
 

@@ -1,5 +1,4 @@
-"""Spectral files as instruments and programs write them: each form small, made by hand, and read or
-refused."""
+"""Spectral files in the formats of instruments and programs, written by hand: read or refused."""
 
 import warnings
 
@@ -177,7 +176,7 @@ def test_one_of_several_is_chosen_by_number_or_name(read, content, column, scale
     ('<?xml version="1.0" encoding="nonsense"?><IESTM2714/>', "", "no IES TM-27"),
     ('<!DOCTYPE x [<!ENTITY a "b">]><IESTM2714/>', "", "document type"),
     (b"\x89PNG\0\0\1", "", "zero bytes")])
-def test_what_could_be_meant_in_two_ways_is_refused(read, content, column, said):
+def test_ambiguous_files_are_refused(read, content, column, said):
     with pytest.raises(renderer.InputError, match=said) as refused:
         read(content, column=column)
     assert str(refused.value).startswith("FILE: lamp.csv")

@@ -1,4 +1,4 @@
-"""Broken surroundings: closed streams, full disks, odd names, signals and clusters end with one sentence."""
+"""Faults of the system: closed streams, full disks, odd names, signals and clusters end with one sentence."""
 
 import os
 import resource
@@ -91,7 +91,7 @@ def test_a_signal_at_any_moment_is_at_most_one_sentence(folder, how, held):
     started = time.monotonic()
     subprocess.run(command, cwd=folder, check=True, capture_output=True)
     whole = time.monotonic() - started
-    begins = 0.08 * whole  # before that it is Python's own start, which nothing here can speak for
+    begins = 0.08 * whole  # before that, Python itself starts
     for k in range(40):
         process = subprocess.Popen(command, cwd=folder, text=True, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE)

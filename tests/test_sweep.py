@@ -1,4 +1,4 @@
-"""Studies of many rooms: every combination once, whatever dies on the way."""
+"""Studies of many rooms: every combination once, also when workers die."""
 
 import json
 import os

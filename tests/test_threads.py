@@ -1,4 +1,5 @@
-"""Work on every core: nothing is left out, faults come back, and what is made is made side by side."""
+"""Work on every core: all items are processed, exceptions are raised, and properties are computed
+concurrently."""
 
 import threading
 
@@ -26,7 +27,7 @@ def test_every_item_is_worked_on_once_also_where_work_has_work_of_its_own(n):
 
 
 @pytest.mark.parametrize("bad", [0, 57, 99])
-def test_a_fault_on_any_core_comes_back_and_stops_the_rest(bad):
+def test_an_exception_on_any_core_is_raised_and_stops_the_others(bad):
     done = []
 
     def work(start, _stop):

@@ -1,4 +1,4 @@
-"""Speed against accuracy: what is measured, what is recommended, and what is refused."""
+"""Speed against accuracy: measurements, recommendations and refusals."""
 
 import csv
 from dataclasses import replace
@@ -192,7 +192,7 @@ def test_the_scenes_own_patch_size_is_tried():
     assert 0.25 not in {p.patch_size for p in tried_plans(plan, None)}
 
 
-def test_what_has_nothing_to_read_is_refused(room):
+def test_scenes_without_readings_are_refused(room):
     with pytest.raises(InputError, match="photometers is empty"):
         measure(room(), 0, lambda step: None)
     dark = room(luminaires=[], photometers=[FLOOR])

@@ -1,4 +1,4 @@
-"""Untrusted and broken input and surroundings: one sentence each, and nothing carried off."""
+"""Untrusted and broken input: one sentence each, and no secrets disclosed."""
 
 import json
 import os
@@ -29,7 +29,7 @@ IRREGULAR = "pipes, devices, folders, files of 2 TB, impossible names, for each 
 PIPES = "scenes that name a pipe, for each file format"
 SECRETS = ("planted secrets: names that equal a file's, files outside the folder, files changed since they "
            "were read")
-FROM_INSIDE = "what reads, sees or shines from inside an object, said before the work"
+FROM_INSIDE = "meters, cameras and lamps inside an object, refused before the solve"
 TEXTS = {
     "deep": (BASE + "x = " + "[" * 5000 + "]" * 5000, "within each other"),
     "bigint": (BASE.replace("1000", "1" + "0" * 5000), "digits"),

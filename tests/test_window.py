@@ -42,7 +42,7 @@ def screen():
 
 
 class Desk:
-    """A user at the window of `renderer view`: real clicks and keys, and what is saved and said."""
+    """A user at the window of `renderer view`: real clicks and keys, saved files and output."""
 
     def __init__(self, scene, environment, folder):
         self.environment, self.out = environment, folder
@@ -57,7 +57,7 @@ class Desk:
             raise
 
     def do(self, *words):
-        """What xdotool says to a command; "" where it fails."""
+        """Output of an xdotool command; "" where it fails."""
         return subprocess.run(["xdotool", *map(str, words)], env=self.environment, capture_output=True,
                               text=True, timeout=20, check=False).stdout.strip()
 
@@ -85,7 +85,7 @@ class Desk:
         self.do("windowfocus", "--sync", self.window, "key", "--delay", 50, *keys)
 
     def picture(self):
-        """What the window shows after all that was asked (height, width, 3), by its own key."""
+        """The window's picture after all commands (height, width, 3), saved by its own key."""
         number = len(list(self.out.glob("*.png"))) + 1
         self.press("s")
         file = self.waited(lambda: next(self.out.glob(f"*_view_{number}.png"), None))

@@ -3,7 +3,7 @@
 import numpy as np
 
 APART = 1e-9
-"""Of a ray's start from the surface it leaves [m]."""
+"""Distance of a ray's start from its surface [m]."""
 
 
 def traced_lux(size, rho: float, boxes: list[tuple], lamp, lumens: float, point, normal, paths: int,

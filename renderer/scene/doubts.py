@@ -23,7 +23,7 @@ def doubts(scene: Scene) -> list[str]:
             reach[name] = max(reach.get(name, 0.0), _reach(scene, body))
     where = "into solids of room.mesh" if any(body.of_room for body in scene.bodies) else "out of the room"
     lost = "inside them" if "into" in where else "outside"
-    found += [f"objects {name!r} reaches {far:.2g} m {where}; what is {lost} takes no part"
+    found += [f"objects {name!r} reaches {far:.2g} m {where}; the part {lost} has no effect"
               for name, far in reach.items() if far > 0.01]
     return found
 
