@@ -269,7 +269,7 @@ def test_ctrl_c_keeps_readings(folder):
 @pytest.mark.parametrize(("command", "rooms", "accuracy", "line", "word"), [
     ("report", 2, "10%", "B: ", "report.html"), ("ugr", 1, "0.15%", "is not known to", "eye"),
     ("photometer", 1, "0.15%", "% requested; ", "behind"), ("luminance", 1, "5%", "solving finer", "spot")])
-def test_every_interrupted_command_keeps_its_readings(folder, here, monkeypatch, command, rooms, accuracy, line, word):
+def test_interrupted_commands_keep_readings(folder, here, monkeypatch, command, rooms, accuracy, line, word):
     """The signal comes with a line of progress, in this process."""
     say, came = terminal.say, []
 
