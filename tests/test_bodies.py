@@ -187,6 +187,14 @@ def test_plan_lists_parts_without_effect_and_misplaced_lamps(scene):
     assert "3.6e+07 lm" in doubts(bright)[0]
 
 
+def test_an_object_inside_another_is_doubted(scene):
+    cabinet, vase = box((1, 1, 0), (1, 1, 1)), box((1.4, 1.4, 0.3), (0.2, 0.2, 0.2))
+    cabinet, vase = {**cabinet, "name": "cabinet"}, {**vase, "name": "vase"}
+    assert doubts(scene(cabinet, vase)) == [
+        "objects 'vase' is inside objects 'cabinet', and takes no part; move one of them"]
+    assert not doubts(scene(cabinet, {**vase, "position": [1.4, 1.4, 0.9]}))
+
+
 def areas_of(tmp_path, *bounds):
     """Exposed area [m²] of boxes in one file."""
     mesh = trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds])

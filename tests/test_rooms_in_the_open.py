@@ -105,6 +105,20 @@ def test_furniture_in_a_solid_wall_is_doubted(room):
         assert len(doubts(scene.with_values({"objects": [{**desk, "position": [x, 1, 0]}]}))) == said
 
 
+def test_furniture_right_through_a_thin_wall_is_doubted(room):
+    """A partition of 5 cm, and a desk whose corners are all in the air of the room, on both sides of it."""
+    thick = [trimesh.creation.box(bounds=bounds) for bounds in (
+        [[-.2, -.2, -.3], [5.2, 4.2, 0]], [[-.2, -.2, 2.7], [5.2, 4.2, 3]],
+        [[-.2, -.2, -.1], [0, 4.2, 2.9]], [[5, -.2, -.1], [5.2, 4.2, 2.9]],
+        [[-.2, -.2, -.1], [5.2, 0, 2.9]], [[-.2, 4, -.1], [5.2, 4.2, 2.9]], [[3, 0, 0], [3.05, 2, 2.7]])]
+    scene = room(trimesh.util.concatenate(thick))
+    desk = {"name": "desk", "shape": "box", "size": [1, 1, 0.7], "material": "g"}
+    through = ("objects 'desk' passes through a wall of the room, with 0.4 m or more on either side; move it "
+               "if that is not meant")
+    for x, said in ((2.0, []), (2.4, [through])):
+        assert doubts(scene.with_values({"objects": [{**desk, "position": [x, 0.5, 0]}]})) == said
+
+
 def test_an_open_door_lets_out_what_its_solid_angle_takes(room):
     _, *others = walls(0, 2.7)
     beside = [[(0, 0, 0), (2, 0, 0), (2, 0, 2.7), (0, 0, 2.7)],
@@ -203,3 +217,23 @@ def test_walls_in_one_piece_without_a_ceiling_are_open_to_the_sky(room):
     lid = sheets([(0, 0, 2.7), (5, 0, 2.7), (5, 4, 2.7), (0, 4, 2.7)]).triangles
     share = abs(winding(np.array([[2.5, 2.0, 2.2]]), lid)[0])
     assert escaped(solution)[0]["escaping_lm"] == pytest.approx(1000 * share, rel=0.03)
+
+
+def test_where_there_are_too_many_edges_to_look_for_gaps_it_says_so(room, monkeypatch):
+    monkeypatch.setattr("renderer.scene.gaps.MAX_SEGMENTS", 10)
+    scene = room(sheets(*walls(0.001, 2.7), FLOOR, CEILING))
+    assert any("too many edges to look for gaps" in line for line in scene.files)
+
+
+def test_a_room_without_ceiling_and_end_is_not_cut_off_on_its_diagonal(tmp_path):
+    """High up at the missing end the wall across is in full sight: as if ceiling and end were black."""
+    front, _, back, left = walls(0, 2.7)
+    mesh = sheets(FLOOR, front, back, left)
+    mesh.merge_vertices()
+    mesh.export(tmp_path / "room.obj")
+    lit = {"materials": {"g": {"reflectance": 0.8}, "black": {"reflectance": 0}},
+           "luminaires": [{"shape": "point", "center": [1.5, 2, 1], "flux": 1000}],
+           "photometers": [{"position": [4.5, 0, 2.3], "normal": [0, 1, 0]}]}
+    opened = {"mesh": "room.obj", "floor": "g", "walls": "g", "ceiling": "g"}
+    closed = {"size": [5, 4, 2.7], "floor": "g", "walls": "g", "wall_x1": "black", "ceiling": "black"}
+    agree(*(read(renderer.load({"room": each, **lit}, tmp_path), 0.02)[0] for each in (opened, closed)))

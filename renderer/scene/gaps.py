@@ -7,6 +7,9 @@ from scipy.spatial import KDTree
 
 from renderer.scene.model_files.edges import Edges
 
+MAX_SEGMENTS = 500_000
+"""Segments of edges at which gaps are looked for: some seconds."""
+
 
 @dataclass(frozen=True)
 class Strips:
@@ -29,8 +32,9 @@ class Strips:
         return crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
 
 
-def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> Strips:
-    """The strips over gaps between faces (k, 3) and edges of others. scale : longest side of the room [m]"""
+def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> Strips | None:
+    """The strips over gaps between faces (k, 3) and edges of others; None where these are more than
+    MAX_SEGMENTS. scale : longest side of the room [m]"""
     widest = min(0.005, 1e-3 * scale)  # [m]; wider gaps are no inaccuracy of the drawing
     a, b, face = _edges(vertices, faces)
     length = np.linalg.norm(b - a, axis=1)
@@ -40,10 +44,13 @@ def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> S
     long = length > shortest
     a, b, face, length = a[long], b[long], face[long], length[long]
     counts = np.ceil(length / segment).astype(int)
-    if not len(a) or counts.sum() > 50_000:
+    if counts.sum() > MAX_SEGMENTS:
+        return None
+    if not len(a):
         return Strips(np.zeros((0, 4, 3)), np.zeros(0, dtype=int), np.zeros(0))
     edge = np.repeat(np.arange(len(a)), counts)
-    number = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
+    first = np.cumsum(counts) - counts
+    number = np.arange(len(edge)) - np.repeat(first, counts)
     share = (number + 0.5) / counts[edge]
     middle = a[edge] + share[:, None] * (b - a)[edge]
     target, width = _nearest(middle, a[edge], b[edge], vertices[faces], widest)
@@ -51,7 +58,7 @@ def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> S
     gap = (width > 1e-6 * scale) & (width <= widest)
     corners, owner, widths = [], [], []
     for k in np.unique(edge[gap]):
-        own = np.flatnonzero(edge == k)
+        own = np.arange(first[k], first[k] + counts[k])
         for run in np.split(own, np.flatnonzero(np.diff(gap[own].astype(int))) + 1):
             if gap[run[0]]:
                 corners.append(_strip(a[k], b[k], number[run] / counts[k], 1 / counts[k], target[run]))
@@ -79,14 +86,12 @@ def _edges(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndar
     edges = Edges(faces)
     crosses = np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2)))
     normals = crosses / np.maximum(np.linalg.norm(crosses, axis=1), 1e-300)[:, None]
-    one, other, _ = edges.pairs(np.ones(len(faces), dtype=bool))
-    flat = np.abs(np.einsum("ki,ki->k", normals[one], normals[other])) > 0.9  # less is a crease
+    sides = np.argsort(edges.edge, kind="stable")
+    sides = sides[(edges.uses() == 2)[edges.edge[sides]]]
+    one, other = normals[sides[::2] // 3], normals[sides[1::2] // 3]
+    flat = np.abs(np.einsum("ki,ki->k", one, other)) > 0.9  # less is a crease
     _, first = np.unique(edges.edge, return_index=True)
-    inner = np.zeros(edges.count, dtype=bool)
-    sides = np.sort(edges.edge.reshape(-1, 3), axis=1)
-    for k in np.flatnonzero(flat):
-        inner[np.intersect1d(sides[one[k]], sides[other[k]])] = True
-    first = first[~inner]
+    first = np.delete(first, edges.edge[sides[::2]][flat])
     return vertices[edges.start[first]], vertices[edges.end[first]], first // 3
 
 
@@ -102,19 +107,19 @@ def _nearest(points: np.ndarray, a: np.ndarray, b: np.ndarray, corners: np.ndarr
 
     low, high = corners.min(axis=1) - widest, corners.max(axis=1) + widest
     tree = shapely.STRtree(shapely.box(*low[:, :2].T, *high[:, :2].T))
-    point, triangle = tree.query(shapely.points(points[:, :2]))
-    near = (points[point, 2] >= low[triangle, 2]) & (points[point, 2] <= high[triangle, 2])
-    point, triangle = point[near], triangle[near]
-    own = np.zeros(len(point), dtype=bool)
-    ends = [(corners[triangle] == end[point][:, None]).all(axis=2).any(axis=1) for end in (a, b)]
-    own = ends[0] & ends[1]
-    point, triangle = point[~own], triangle[~own]
-    place = trimesh.triangles.closest_point(corners[triangle], points[point])
-    distance = np.linalg.norm(place - points[point], axis=1)
     target, width = np.zeros_like(points), np.full(len(points), np.inf)
-    order = np.lexsort((distance, point))
-    first = order[np.unique(point[order], return_index=True)[1]]
-    target[point[first]], width[point[first]] = place[first], distance[first]
+    for start in range(0, len(points), 4096):
+        point, triangle = tree.query(shapely.points(points[start:start + 4096, :2]))
+        point += start
+        near = (points[point, 2] >= low[triangle, 2]) & (points[point, 2] <= high[triangle, 2])
+        point, triangle = point[near], triangle[near]
+        ends = [(corners[triangle] == end[point][:, None]).all(axis=2).any(axis=1) for end in (a, b)]
+        point, triangle = point[~(ends[0] & ends[1])], triangle[~(ends[0] & ends[1])]
+        place = trimesh.triangles.closest_point(corners[triangle], points[point])
+        distance = np.linalg.norm(place - points[point], axis=1)
+        order = np.lexsort((distance, point))
+        first = order[np.unique(point[order], return_index=True)[1]]
+        target[point[first]], width[point[first]] = place[first], distance[first]
     return target, np.where(width <= widest, width, np.inf)
 
 

@@ -21,6 +21,10 @@ from renderer.scene.room import INSIDE_TOLERANCE, Opening, Room, outside, spelt
 from renderer.scene.surface_names import FACINGS, surface_names
 from renderer.scene.triangle_mesh import TriangleMesh
 
+LARGEST_DEPTH = 0.003
+"""Largest depth of an opening that is closed by a surface of its own, relative to the sum of the room's
+extents; a surface over a deeper one would stand between parts of the room."""
+
 
 def mesh_room(path: Path, units: str | None, up: str | None, named: list[str], materials: list[str],
               where: str, root: Path | None = None, painted: tuple[str, ...] = FACINGS) -> Room:
@@ -90,6 +94,10 @@ def _closed(mesh: LabelledMesh, body: np.ndarray, path: Path, where: str) -> tup
     names, openings = list(mesh.names), []
     taken = {name for group in mesh.names for name in group}
     for index, loop in enumerate(loops):
+        if _depth(mesh.vertices[loop]) > LARGEST_DEPTH * lengths.max():
+            raise InputError(f"{where}: {path.name} is open across several planes, for example at "
+                             f"{spelt(mesh.vertices[loop[0]])} m; add the faces that are missing, or give "
+                             "room.inside, a point in the room.")
         fresh, cap = _cap(mesh.vertices[loop], loop, sum(map(len, vertices)))
         name = "opening" if len(loops) == 1 else f"opening {index + 1}"
         while name in taken:
@@ -102,6 +110,12 @@ def _closed(mesh: LabelledMesh, body: np.ndarray, path: Path, where: str) -> tup
     closed = LabelledMesh(np.concatenate(vertices), np.concatenate(faces), np.concatenate(part), names,
                       [*mesh.colours, *[None] * len(openings)])
     return closed, openings
+
+
+def _depth(ring: np.ndarray) -> float:
+    """Largest distance [m] of a ring of vertices (k, 3) from the plane that is nearest to it."""
+    off = ring - ring.mean(axis=0)
+    return float(np.abs(off @ np.linalg.svd(off, full_matrices=False)[2][2]).max())
 
 
 def _cap(ring: np.ndarray, index: np.ndarray, fresh: int) -> tuple[np.ndarray, np.ndarray]:

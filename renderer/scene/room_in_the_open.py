@@ -102,6 +102,9 @@ def _over_gaps(model: Model, faces: np.ndarray, names: np.ndarray, scale: float,
     air : the file's cavities, and the numbers of those that are the room
     """
     strips = strips_over_gaps(model.shapes.vertices, faces, scale)
+    if strips is None:
+        return [], [f"{model.file} has too many edges to look for gaps between its faces; those that there "
+                    "are stay open"]
     if not len(strips.face):
         return [], []
     found, chosen = air
