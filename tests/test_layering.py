@@ -12,7 +12,7 @@ ORDER = ["errors", "system", "colour", "radiometry", "scene", "transport.mesh", 
          "transport.factors", "transport.direct", "transport.radiosity", "transport.transport",
          "transport.sensors", "readings",
          "solving.plan", "solving.transport_store", "solving.radiosity_field", "solving.watch",
-         "solving.gathered",
+         "solving.straight_light", "solving.gathered",
          "solving.mesh_sequence",
          "solving.solution", "solving.measure", "solving.refine", "solving.pilot_solve", "solving.forecast",
          "records", "pictures", "studies", "python_interface", "cli.terminal", "cli.options", "cli"]

@@ -14,7 +14,6 @@ from scipy import sparse
 from renderer.readings.photometer import MeterPlace
 from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads
-from renderer.transport.direct.direct import direct_at
 from renderer.transport.direct.lamp_samples import draw_table, lamp_faces, next_event
 from renderer.transport.factors.contour import frames
 from renderer.transport.factors.exchange import rows
@@ -33,28 +32,26 @@ it."""
 class Gather:
     """Weights of meters read by paths, in PATH_REPLICAS replicas, for any reflectances and lumens.
 
-    straight : (replicas, n_meters, n_luminaires) illuminance per lumen straight from each luminaire [m⁻²]
+    shape : number of replicas, and of meters
     direct : for each step of the paths (replicas · n_meters · n_combinations, n_luminaires), direct light per
       lumen where the paths end, by the surfaces met so far [m⁻²]
     beyond : (replicas · n_meters · n_combinations, n_patches) share of each patch among the last ones met
     combinations : for each step (n_combinations, steps) surfaces met so far
     """
 
-    straight: np.ndarray
+    shape: tuple[int, int]
     direct: list[sparse.csr_array]
     beyond: sparse.csr_array
     combinations: list[np.ndarray]
 
     def read(self, reflectance: np.ndarray, flux: np.ndarray, radiosities: list[np.ndarray]) -> np.ndarray:
-        """Irradiance by replica, meter, sender and band (replicas, n_meters, 1 + n_surfaces, n_bands). The
-        first sender is all luminaires together, the others are the surfaces.
+        """Indirect irradiance by replica, meter, surface and band (replicas, n_meters, n_surfaces, n_bands).
 
         reflectance : (n_surfaces, n_bands); flux : (n_luminaires, n_bands)
         radiosities : (n_patches, n_bands) each, one for all replicas or several, used by replicas in turn
         """
-        replicas, meters = self.straight.shape[:2]
-        seen = np.zeros((replicas, meters, 1 + len(reflectance), flux.shape[1]))
-        seen[:, :, 0] = self.straight @ flux
+        replicas, meters = self.shape
+        seen = np.zeros((replicas, meters, len(reflectance), flux.shape[1]))
         every = [each @ flux for each in self.direct]
         if len(radiosities) == 1:
             every[-1] = every[-1] + self.beyond @ radiosities[0]
@@ -66,20 +63,19 @@ class Gather:
         for sent, met in zip(every, self.combinations, strict=True):
             light = sent.reshape(replicas, meters, len(met), -1) * reflectance[met].prod(axis=1)
             for first in np.unique(met[:, 0]):
-                seen[:, :, 1 + first] += light[:, :, met[:, 0] == first].sum(axis=2)
+                seen[:, :, first] += light[:, :, met[:, 0] == first].sum(axis=2)
         return seen
 
     @cached_property
     def mean(self) -> "Gather":
         """The mean over the replicas, as one replica."""
-        replicas = len(self.straight)
+        replicas, meters = self.shape
 
         def over(matrix: sparse.csr_array) -> sparse.csr_array:
             entries, size = matrix.tocoo(), matrix.shape[0] // replicas
             return _tallied(entries.row % size, entries.col, entries.data / replicas, (size, matrix.shape[1]))
 
-        return Gather(self.straight.mean(axis=0, keepdims=True), [over(each) for each in self.direct],
-                      over(self.beyond), self.combinations)
+        return Gather((1, meters), [over(each) for each in self.direct], over(self.beyond), self.combinations)
 
 
 def gather(transport: Transport, spots: list[MeterPlace], paths: int, round_: int = 0,
@@ -99,9 +95,7 @@ def gather(transport: Transport, spots: list[MeterPlace], paths: int, round_: in
         surfaces[:, some], lamps[:, some], weights[:, some], last[some] = path.follow(spots, start, stop)
 
     in_threads(work, n, max(1, (1 << 14) // shape[1]))
-    rays = int(np.clip(paths // 2, 32, 1024))  # from a meter to each luminaire
-    direct = straight(transport, spots, rays, round_)
-    return _collected(transport, surfaces, lamps, weights, last, paths, direct)
+    return _collected(transport, surfaces, lamps, weights, last, paths)
 
 
 class _Paths:
@@ -149,16 +143,7 @@ class _Paths:
                 last.reshape(counts))
 
 
-def straight(transport: Transport, spots: list[MeterPlace], rays: int, round_: int) -> np.ndarray:
-    """Illuminance per lumen straight from each luminaire (PATH_REPLICAS, n_meters, n_luminaires) [m⁻²]."""
-    position, normal, origin = (np.array([getattr(spot, name) for spot in spots])
-                                for name in ("position", "normal", "origin"))
-    return direct_at(position, normal, transport.luminaires, transport.ray_scene,
-                     (transport.seed, Stream.DIRECT_BESIDE_PATHS, round_), rays, origins=origin,
-                     replicas=PATH_REPLICAS)
-
-
-def _collected(transport: Transport, surfaces, lamps, weights, last, paths: int, straight_) -> Gather:
+def _collected(transport: Transport, surfaces, lamps, weights, last, paths: int) -> Gather:
     """Paths (…, n_meters, PATH_REPLICAS · paths) added up by replica, meter, surfaces met, and luminaire or
     patch."""
     steps, meters = surfaces.shape[:2]
@@ -175,7 +160,7 @@ def _collected(transport: Transport, surfaces, lamps, weights, last, paths: int,
     ends = np.flatnonzero(last.ravel() >= 0)
     beyond = _tallied(rows_[ends], last.ravel()[ends], np.full(len(ends), 1 / paths),
                       (shape, len(transport.mesh.patches)))
-    return Gather(straight_, direct, beyond, combinations)
+    return Gather((PATH_REPLICAS, meters), direct, beyond, combinations)
 
 
 def _tallied(rows: np.ndarray, columns: np.ndarray, weights: np.ndarray, shape) -> sparse.csr_array:

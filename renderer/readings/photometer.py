@@ -7,10 +7,10 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.radiometry.polygons import HORIZON, exchanged, polygon_factors
 from renderer.readings.elements import Seen, all_seen, element_light, near_lamps, seen_past
-from renderer.readings.uncertainty import half_width
+from renderer.readings.uncertainty import counted_half_width, half_width
 from renderer.scene import room as room_shell
 from renderer.system.threads import in_threads
-from renderer.transport.direct.direct import direct_at
+from renderer.transport.direct.direct import direct_at, hidden_light, unoccluded
 from renderer.transport.factors.shafts import may_be_hidden
 from renderer.transport.rays.ray_scene import STAND_OFF
 from renderer.transport.rays.sampling import Nets, Stream
@@ -115,10 +115,12 @@ class Meter:
     direct : (replicas, n_luminaires) direct illuminance per lumen of each luminaire [m⁻²]
     sensors : one for each replica, with a row for the light of each surface (n_surfaces); a single one where
       no ray is cast
+    counted : (n_luminaires,) per lumen, from `counted_half_width` [m⁻²]; None where it is not known
     """
 
     direct: np.ndarray
     sensors: tuple[Sensor, ...]
+    counted: np.ndarray | None = None
 
 
 def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str,
@@ -132,11 +134,12 @@ def make_meter(transport: Transport, position: np.ndarray, normal: np.ndarray, w
     key = (*position, *normal, own is None)
     if key in transport.meters:
         kept = transport.meters[key]
-        return kept if own is None else Meter(own.direct, kept.sensors)
+        return kept if own is None else Meter(own.direct, kept.sensors, own.counted)
     spot = place(transport, position, normal, where)
     rays = _element_rays(transport) // (1 if own is None else 4)
     sensors = _sensors(transport, spot, rays)
-    meter = Meter(_direct(transport, spot) if own is None else own.direct, sensors)
+    direct, counted = _direct(transport, spot) if own is None else (own.direct, own.counted)
+    meter = Meter(direct, sensors, counted)
     # Meters are kept for other materials and lamps up to this number of meters times patches (about 30 MB).
     if (len(transport.meters) + 1) * len(transport.mesh.patches) <= 50_000:
         transport.meters[key] = meter
@@ -163,18 +166,21 @@ def _sensors(transport: Transport, spot: MeterPlace, rays: int) -> tuple[Sensor,
                        factor * seen.share, light, conserving=True))
 
 
-def _direct(transport: Transport, spot: MeterPlace) -> np.ndarray:
+def _direct(transport: Transport, spot: MeterPlace) -> tuple[np.ndarray, np.ndarray]:
     """Direct illuminance per lumen of each luminaire (replicas, n_luminaires) [m⁻²], by enough rays for an
-    uncertainty of 0.05 %."""
+    uncertainty of 0.05 %; and `counted` of `Meter`."""
     replicas, most = transport.replicas, 1 << 14
     rays = READING_RAYS if replicas > 1 else most
+    at, normal, origin = spot.position[None], spot.normal[None], spot.origin[None]
+    bare = unoccluded(at, normal, transport.luminaires)
     while True:
-        direct = direct_at(spot.position[None], spot.normal[None], transport.luminaires, transport.ray_scene,
-                           (transport.seed, Stream.DIRECT_AT_METER), rays, origins=spot.origin[None],
-                           replicas=replicas)[:, 0]
+        direct = direct_at(at, normal, transport.luminaires, transport.ray_scene,
+                           (transport.seed, Stream.DIRECT_AT_METER), rays, origins=origin,
+                           replicas=replicas, bare=bare)[:, 0]
         total = direct.sum(axis=1)
         if rays == most or half_width(total) <= 5e-4 * total.mean():
-            return direct
+            hidden = hidden_light(direct, bare[0], transport.luminaires)
+            return direct, counted_half_width(hidden, rays, replicas)
         rays *= 4
 
 

@@ -53,6 +53,18 @@ def rare_half_width(brightest: np.ndarray, unmet: np.ndarray, paths: np.ndarray)
     return 3.0 / paths * (brightest * unmet).max(axis=1, initial=0.0)
 
 
+def counted_half_width(light: np.ndarray, rays: np.ndarray, replicas: int) -> np.ndarray:
+    """Error, at 95 %, of light whose visible share is counted by nets of rays in independent replicas that
+    may all have counted alike, in the unit of `light`.
+
+    light : of which a share is hidden; rays : in each replica, of which each stands for light / rays
+
+    A net counts rays past a straight edge to within one, so a share p of all nets may count one more than the
+    others: of several replicas none does with a probability of (1 − p) to their power, 5 % for the p taken.
+    """
+    return light / rays * (1 - 0.05 ** (1 / replicas))
+
+
 def half_width(replicas: np.ndarray) -> float:
     """95 % half-width of the mean of independent replicas (k,)."""
     return student(len(replicas)) * float(replicas.std(ddof=1)) / len(replicas) ** 0.5

@@ -11,6 +11,7 @@ from renderer.readings.final_gather import PATH_REPLICAS, Gather, gather
 from renderer.readings.photometer import MeterPlace
 from renderer.readings.uncertainty import band_error, half_width, half_widths, rare_half_width, student
 from renderer.solving.radiosity_field import RadiosityField, distinct_bands, solve_field
+from renderer.solving.straight_light import MIN_SHADOW_RAYS, StraightLight
 from renderer.solving.watch import Watch
 from renderer.transport.radiosity.agglomerate import Groups, agglomerated
 from renderer.transport.radiosity.solve import BAR_TOLERANCE, radiosity
@@ -82,8 +83,10 @@ class BatchReading:
     steps : edge of a group over the edge of a patch
     replicas : (PATH_REPLICAS, n_meters, 1 + n_surfaces) [lx]
     these, narrow : (n_meters,) [lx] in the bands read and in bands of 2 nm
-    rare : (n_meters,) [lx], from `rare_half_width`
-    alike : (PATH_REPLICAS, n_meters) [lx] replicas of paths that all end on one and the same solved light
+    rare : (n_meters,) [lx], from `rare_half_width`; uncounted : (n_meters,) [lx] that and the error of
+      counting shadow rays
+    alike : (PATH_REPLICAS, n_meters) indirect light [lx], by paths that all end on one and the same solved
+      light
     """
 
     straight: np.ndarray
@@ -95,18 +98,19 @@ class BatchReading:
     these: np.ndarray
     narrow: np.ndarray
     steps: tuple[float, ...]
+    uncounted: np.ndarray
     rare: np.ndarray
     alike: np.ndarray
 
     def errors(self, quadrature: float) -> np.ndarray:
         """95 % half-widths by mesh and by sampling (n_meters, 2) [lx]. quadrature : as in `half_widths`"""
         return np.array([half_widths(self.meshes[:, k], self.replicas[:, k], self.steps, quadrature,
-                                     self.rare[k])
+                                     self.uncounted[k])
                          for k in range(len(self.direct))]).reshape(-1, 2)
 
     def path_errors(self) -> np.ndarray:
         """The part of the 95 % half-widths that more paths make smaller (n_meters,) [lx]: without the errors
-        of the mesh and its rays."""
+        of the mesh and its rays, and of direct light."""
         return np.hypot([half_width(each) for each in self.alike.T], self.rare)
 
     def band_errors(self) -> list[float]:
@@ -129,12 +133,16 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
     paths = _power_of_two(np.minimum(FIRST_PATHS_SHARE * paths_needed(asked) / PATH_REPLICAS, 512))
     steps = np.ones(len(spots), dtype=int)
     luminous = light.bands.luminous
-    tally, some = _Tally(light, fields, len(spots)), np.arange(len(spots))
+    tally, some = _Tally(light, fields, spots), np.arange(len(spots))
     if watch.stopped:
         paths[:] = MIN_PATHS
+    rays = np.clip(paths // 2, MIN_SHADOW_RAYS, None)
+    # What a meter in the dark is read to: the lumens over all surfaces.
+    mean_lx = fields.rgb.flux.sum(axis=0) @ fields.rgb.bands.luminous / fields.transport.exchange.areas.sum()
     try:
         for round_ in range(max_rounds):
             started, followed = time.perf_counter(), (paths * (1 + steps))[some].sum()
+            tally.straight.cast(rays)
             tally.follow(spots, some, steps, paths, round_)
             found = tally.reading()
             if watch.stopped:
@@ -143,42 +151,49 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
             bars = np.hypot(mesh, sampling)
             if areas:
                 asked[values - bars <= (values + bars).min()] = accuracy
-            limit, lit = asked * values, values > 0
-            more, deeper = _next(tally.paths, steps, bars, found.path_errors(), limit)
+            lit = values > 0
+            limit = asked * np.where(lit, values, mean_lx)
+            wide = bars > limit
+            rays, straight = tally.straight.wanted(limit)
+            rays = np.where(wide, rays, tally.straight.rays)
+            more, deeper = _next(tally.paths, steps, bars, found.path_errors(), tally.straight.errors(),
+                                 straight, limit)
             # A meter that no light has reached gets 8 times the paths in each round, up to 1024 in a replica.
-            dark = np.where((sampling > 0) & (tally.paths < 1024), 8 * tally.paths, 0.0)
-            more, deeper = np.where(lit, more, dark), deeper & lit
-            some = np.flatnonzero((bars > limit) & (more > 0))
-            if not len(some):
+            dark = np.where(tally.paths < 1024, 8 * tally.paths, 0.0)
+            paths = np.where(wide, np.where(lit, more, dark), 0.0)
+            some = np.flatnonzero(paths)
+            if not len(some) and (rays == tally.straight.rays).all():
                 break
-            paths = _power_of_two(more)
-            deeper &= bars > limit
+            paths = _power_of_two(paths)
+            deeper &= wide & lit
             steps[deeper] += 1
             tally.forget(deeper)
-            rate = (time.perf_counter() - started) / followed
-            over = (bars / np.maximum(asked * values, 1e-100))[some][lit[some]]
+            rate = (time.perf_counter() - started) / max(followed, 1)
+            over = (bars / limit)[some]
             watch.tell(over.max(initial=0.0), accuracy, rate * (paths * (1 + steps))[some].sum())
     except KeyboardInterrupt:
         watch.stop(known=found is not None)
     return found
 
 
-def _next(paths: np.ndarray, steps: np.ndarray, bars: np.ndarray, narrowed: np.ndarray, limit: np.ndarray
-          ) -> tuple[np.ndarray, np.ndarray]:
+def _next(paths: np.ndarray, steps: np.ndarray, bars: np.ndarray, narrowed: np.ndarray, direct: np.ndarray,
+          straight: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Number of paths of a replica to follow next (n_meters,), 0 where more do not help, and whether they
     replace earlier paths with paths of one step more. The choice reaches the limit with fewer rays.
 
     paths, steps : (n_meters,) so far; bars : (n_meters,) 95 % half-widths [lx]
-    narrowed : (n_meters,) the part of `bars` that more paths make smaller [lx]; limit : largest allowed bars
-    [lx]
+    narrowed : (n_meters,) the part of `bars` that more paths make smaller [lx]
+    direct, straight : (n_meters,) their part by direct light, now and after the next shadow rays [lx]
+    limit : largest allowed bars [lx]
     """
-    lasting2 = np.maximum(bars**2 - narrowed**2, 0.0)
+    lasting2 = np.maximum(bars**2 - narrowed**2 - direct**2, 0.0)
+    limit2 = np.maximum(limit**2 - straight**2, 0.0)
     narrowest = 0.3  # smallest sampling error over the limit; the rest is for other errors
     left_by_step = 0.5  # approximate share of other errors after one more step
 
     def total(left2: np.ndarray, least: float) -> np.ndarray:
         # A fifth more paths than the bars demand, because the bars are uncertain themselves.
-        room2 = np.maximum(limit**2 - left2, (least * limit) ** 2)
+        room2 = np.maximum(limit2 - left2, least**2 * limit2)
         return 1.2 * paths * narrowed**2 / np.maximum(room2, 1e-200)
 
     as_deep = total(lasting2, narrowest)
@@ -187,13 +202,14 @@ def _next(paths: np.ndarray, steps: np.ndarray, bars: np.ndarray, narrowed: np.n
     # few.
     deep = np.where(deep < FEW_PATHS, deep, deep / 2)
     more = np.maximum(as_deep - paths, MIN_PATHS)
-    enough = (lasting2 < (1 - narrowest**2) * limit**2) & (as_deep <= 2 * MAX_PATHS)
+    enough = (lasting2 < (1 - narrowest**2) * limit2) & (as_deep <= 2 * MAX_PATHS)
     dear = more * (1 + steps) > deep * (2 + steps)
     # Each step multiplies the mesh's error by the surfaces' reflectance, and costs a fraction of a finer
     # mesh.
     deeper = (steps < 6) & (~enough | dear)
-    none = ~enough & ~deeper & ((paths >= MAX_PATHS) | (narrowed**2 < lasting2))
-    return np.where(none, 0.0, np.where(deeper, deep, more)), deeper
+    done = lasting2 + narrowed**2 <= limit2  # by the shadow rays alone
+    none = done | (limit2 == 0) | ~enough & ~deeper & ((paths >= MAX_PATHS) | (narrowed**2 < lasting2))
+    return np.where(none, 0.0, np.where(deeper, deep, more)), deeper & ~none
 
 
 def paths_needed(asked: float | np.ndarray) -> float | np.ndarray:
@@ -221,22 +237,16 @@ def _gathered(transport: Transport, spots: list[MeterPlace], paths: int, round_:
 
 
 class _Tally:
-    """Sums of several meters' readings over rounds, weighted by their numbers of paths.
+    """Sums of several meters' readings over rounds, weighted by their numbers of paths; and direct light."""
 
-    meter_first : whether each sum's first axis is the meters', else its second
-    """
-
-    meter_first = (True, True, True, False, False, False, False)
-
-    def __init__(self, light: RadiosityField, fields: GatherFields, meters: int):
+    def __init__(self, light: RadiosityField, fields: GatherFields, spots: Sequence[MeterPlace]):
+        rgb, meters, bands, surfaces = fields.rgb, len(spots), light.flux.shape[1], len(light.reflectance)
         self.light, self.fields, self.paths = light, fields, np.zeros(meters)
-        self.brightest = np.zeros(len(light.reflectance))
-        sent = fields.rgb.radiosity @ fields.rgb.bands.luminous
-        np.maximum.at(self.brightest, fields.transport.mesh.surface, sent)
-        surfaces, (lamps, bands) = 1 + len(light.reflectance), light.flux.shape
-        self.sums = [np.zeros(shape) for shape in (
-            (meters, lamps), (meters, 2, bands), (meters, surfaces - 1), (2, meters, surfaces),
-            (PATH_REPLICAS, meters, surfaces), (2, meters), (PATH_REPLICAS, meters))]
+        self.straight = StraightLight(fields.transport, spots, rgb.flux @ rgb.bands.luminous)
+        self.brightest = np.zeros(surfaces)
+        np.maximum.at(self.brightest, fields.transport.mesh.surface, rgb.radiosity @ rgb.bands.luminous)
+        shapes = (bands,), (surfaces,), (2, surfaces), (PATH_REPLICAS, surfaces), (2,), (PATH_REPLICAS,)
+        self.sums = [np.zeros((meters, *shape)) for shape in shapes]
 
     def follow(self, spots: Sequence[MeterPlace], some: np.ndarray, steps: np.ndarray, paths: np.ndarray,
                round_: int) -> None:
@@ -253,8 +263,6 @@ class _Tally:
         """Add the light that some meters (k,) receive by that many paths in each replica."""
         light, fields, rgb = self.light, self.fields, self.fields.rgb
         own = seen.mean.read(light.reflectance, light.flux, [light.radiosity])[0]
-        by_surface = own[:, 1:] @ light.bands.luminous
-        own = np.stack([own[:, 0], own[:, 1:].sum(axis=1)], axis=1)
         luminous = rgb.bands.luminous
         meshes = [seen.mean.read(rgb.reflectance, rgb.flux, [each])[0] @ luminous
                   for each in (rgb.radiosity, fields.coarser)]
@@ -265,27 +273,29 @@ class _Tally:
             scene = light.scene
             bands.append(seen.mean.read(scene.reflectance(kind), scene.flux(kind), [sent])[0].sum(axis=1)
                          @ kind.luminous)
-        new = seen.mean.straight[0], own, by_surface, np.array(meshes), replicas, np.array(bands), alike
-        for total, each, meter_first in zip(self.sums, new, self.meter_first, strict=True):
-            total[some if meter_first else (slice(None), some)] += paths * each
+        new = own.sum(axis=1), own @ light.bands.luminous, *(
+            np.moveaxis(each, 1, 0) for each in map(np.array, (meshes, replicas, bands, alike)))
+        for total, each in zip(self.sums, new, strict=True):
+            total[some] += paths * each
         self.paths[some] += paths
 
     def forget(self, some: np.ndarray) -> None:
         """Discard the sums of some meters (n_meters,)."""
-        for total, meter_first in zip(self.sums, self.meter_first, strict=True):
-            total[some if meter_first else (slice(None), some)] = 0.0
-        self.paths[some] = 0
+        for each in (*self.sums, self.paths):
+            each[some] = 0.0
 
     def reading(self) -> BatchReading:
         """The readings so far."""
-        n = self.paths
-        straight, own, by_surface, meshes, replicas, bands, alike = self.sums
+        indirect, by_surface, *rest = ((each.T / self.paths).T for each in self.sums)
+        meshes, replicas, bands, alike = (np.moveaxis(each, 0, 1) for each in rest)
+        straight, lx = self.straight.per_lumen.mean(axis=0), self.straight.lx()[:, :, None]
+        rare = rare_half_width(self.brightest, (replicas == 0).all(axis=0), self.paths * PATH_REPLICAS)
+        meshes = np.concatenate([np.broadcast_to(lx.mean(axis=0), (2, *lx.shape[1:])), meshes], axis=2)
+        replicas = np.concatenate([lx, replicas], axis=2)
         # Reading ends once bars are narrow, which they may be by chance. Widening them by 15 % corrects for
         # that.
-        spread, alike = (each.mean(axis=0) + 1.15 * (each - each.mean(axis=0))
-                         for each in (replicas, alike))
-        own, unmet = own / n[:, None, None], (replicas[:, :, 1:] == 0).all(axis=0)
-        return BatchReading(straight / n[:, None], own[:, 0], own[:, 1], by_surface / n[:, None],
-                            meshes / n[:, None],
-                            spread / n[:, None], *(bands / n), (self.fields.groups.longer,),
-                            rare_half_width(self.brightest, unmet, n * PATH_REPLICAS), alike / n)
+        replicas, alike = (each.mean(axis=0) + 1.15 * (each - each.mean(axis=0))
+                           for each in (replicas, alike))
+        return BatchReading(straight, straight @ self.light.flux, indirect, by_surface, meshes, replicas,
+                            *(bands + lx[..., 0].mean(axis=0)), (self.fields.groups.longer,),
+                            np.hypot(rare, self.straight.counting_errors()), rare, alike)

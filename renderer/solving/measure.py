@@ -50,7 +50,7 @@ def _by_paths(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading:
     own = np.stack([batch.direct @ solution.bands.luminous, batch.indirect @ solution.bands.luminous], axis=1)
     apart = band_error(float(batch.these.mean()), float(batch.narrow.mean()))
     found = summarise(grid, read, own, batch.meshes, batch.replicas, batch.steps, solution.quadrature, apart,
-                      batch.rare)
+                      batch.uncounted)
     return replace(found, rgb=batch.meshes[0].sum(axis=1)) if solution.bands.name == "31" else found
 
 

@@ -175,7 +175,10 @@ class Solution(RadiosityField):
         mesh_sequence = self.mesh_sequence
         meshes, replicas = (np.array([each.read_lx(at(each)) for each in some])
                            for some in (mesh_sequence.meshes, mesh_sequence.replicas))
-        mesh, sampling = half_widths(meshes, replicas, mesh_sequence.steps, self.quadrature)
+        counted = at(self).counted
+        lumens = self.flux @ self.bands.luminous
+        counted = 0.0 if counted is None else float(np.linalg.norm(counted * lumens))
+        mesh, sampling = half_widths(meshes, replicas, mesh_sequence.steps, self.quadrature, counted)
         these, narrow = (each.read_lx(at(each)).sum() for each in self.by_bands)
         return mesh, sampling, band_error(float(these), float(narrow))
 

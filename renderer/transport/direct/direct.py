@@ -27,6 +27,16 @@ def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminai
     return factors
 
 
+def hidden_light(direct: np.ndarray, bare: np.ndarray, luminaires: list[Luminaire]) -> np.ndarray:
+    """Illuminance per lumen without shadows (…, n_luminaires) [m⁻²] of luminaires that rays found partly or
+    wholly hidden, whose visible share is a count of rays; 0 for others.
+
+    direct : (replicas, …, n_luminaires) with shadows; bare : (…, n_luminaires) without
+    """
+    counted = np.array([not luminaire.is_point for luminaire in luminaires], dtype=bool)
+    return bare * (counted & (direct.mean(axis=0) < (1 - 1e-12) * bare))
+
+
 def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
                   ray_scene: RayScene, rays: int, seed: tuple[int, ...], replicas: int) -> np.ndarray:
     """Share of a luminaire's light that reaches each point unobstructed (replicas, k).
