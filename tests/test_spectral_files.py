@@ -173,7 +173,7 @@ def test_one_of_several_is_chosen_by_number_or_name(read, content, column, scale
     ("<a/>", "", "IESTM2714"), ("<IESTM2714>", "", "not XML"),
     ('<IESTM2714><SpectralDistribution><SpectralData>1</SpectralData></SpectralDistribution></IESTM2714>', "",
      "wavelength ''"),
-    ('<?xml version="1.0" encoding="nonsense"?><IESTM2714/>', "", "no IES TM-27"),
+    ('<?xml version="1.0" encoding="nonsense"?><IESTM2714/>', "", "'nonsense', which is none"),
     ('<!DOCTYPE x [<!ENTITY a "b">]><IESTM2714/>', "", "document type"),
     (b"\x89PNG\0\0\1", "", "zero bytes")])
 def test_ambiguous_files_are_refused(read, content, column, said):

@@ -115,6 +115,7 @@ def test_control_characters_are_shown_harmlessly(folder, here, held):
         assert done.returncode == 0, done.stderr
         for text in (done.stdout, done.stderr):
             assert not set(text) & {"\x1b", "\x07", "\r", "\x00", "\u202e"}
+            assert "\n x" not in text  # nor does a title end a line of output
     assert visible("a\x1b[2J\u202eb\udcff") == "a<U+001B>[2J<U+202E>b<U+DCFF>"
     assert visible("Büro, α-opic 視") == "Büro, α-opic 視"
     held(CONTROL, 3)

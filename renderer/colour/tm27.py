@@ -1,5 +1,6 @@
 """Spectra in IES TM-27-14 files (.spdx); fields about the measurement are not read."""
 
+import codecs
 import re
 
 import numpy as np
@@ -12,6 +13,13 @@ def read_tm27(text: str) -> tuple[str, SpectralTable]:
     sentence."""
     from xml.etree import ElementTree
 
+    # Of text that is decoded already, the parser does not look at its encoding.
+    if declared := re.match(r"""\s*<\?xml[^>]*\bencoding\s*=\s*["']([^"']*)""", text):
+        try:
+            codecs.lookup(declared[1])
+        except (LookupError, ValueError):
+            raise ValueError(f"declares the encoding {declared[1][:30]!r}, which is none. Write UTF-8 there"
+                             ) from None
     if re.search(r"<!(DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise ValueError("declares its own document type, which no IES TM-27 file does. Remove that")
     try:

@@ -6,13 +6,13 @@ from typing import Annotated
 from pydantic import Field, field_validator, model_validator
 
 from renderer.scene.model_files.read import MAX_COORDINATE_M
-from renderer.scene.table_types import Positive, StrictTable, Vector, has_length, one_of
+from renderer.scene.table_types import Label, Positive, StrictTable, Vector, has_length, one_of
 
 
 class PhotometerTable(StrictTable):
     """An illuminance meter: its place and the direction it faces."""
 
-    name: str = "photometer"
+    name: Label = "photometer"
     position: Vector
     normal: Vector = (0.0, 0.0, 1.0)
 
@@ -27,7 +27,7 @@ class PhotometerTable(StrictTable):
 class PhotometerGridTable(StrictTable):
     """An area of readings: a corner and two sides at right angles; meters face along u × v by default."""
 
-    name: str = "grid"
+    name: Label = "grid"
     origin: Vector
     u: Vector
     v: Vector
@@ -53,7 +53,7 @@ MIN_ACCEPTANCE_DEG, MAX_ACCEPTANCE_DEG = 0.01, 120.0
 class SightTable(StrictTable):
     """The place of an eye and the direction it looks in."""
 
-    name: str
+    name: Label
     position: Vector
     look_at: Vector | None = None
     direction: Vector | None = None
@@ -77,14 +77,14 @@ class SightTable(StrictTable):
 class SpotMeterTable(SightTable):
     """A luminance meter, with its full acceptance angle in degrees."""
 
-    name: str = "spot meter"
+    name: Label = "spot meter"
     angle: Annotated[float, Field(strict=True, ge=MIN_ACCEPTANCE_DEG, le=MAX_ACCEPTANCE_DEG)] = 1.0
 
 
 class ObserverTable(SightTable):
     """An observer whose glare is rated."""
 
-    name: str = "observer"
+    name: Label = "observer"
 
 
 class CameraTable(StrictTable):

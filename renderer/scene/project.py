@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from renderer.errors import InputError
-from renderer.scene.table_types import Amount, Fraction, StrictTable
+from renderer.scene.table_types import Amount, Fraction, Label, StrictTable
 
 
 class ProjectTable(StrictTable):
@@ -18,9 +18,9 @@ class ProjectTable(StrictTable):
         (EN 12464-1); readings are then maintained values
     """
 
-    name: str | None = None
-    client: str | None = None
-    author: str | None = None
+    name: Label | None = None
+    client: Label | None = None
+    author: Label | None = None
     date: str | datetime.date | None = None
     maintenance_factor: Annotated[float, Field(strict=True, ge=0.1, le=1)] = 1.0
 
@@ -28,7 +28,7 @@ class ProjectTable(StrictTable):
 class RequirementTable(StrictTable):
     """Required values of a grid, a photometer or an observer."""
 
-    of: str
+    of: Label
     mean_lx: Amount | None = None
     min_lx: Amount | None = None
     uniformity: Fraction | None = None

@@ -20,6 +20,7 @@ from renderer.scene.table_types import (
     Count,
     FileName,
     Fraction,
+    Label,
     Number,
     Positive,
     StrictTable,
@@ -108,7 +109,7 @@ class MaterialTable(StrictTable):
 class LuminaireTable(StrictTable):
     """A luminaire, or an array of them. Rectangles and discs emit from their front by Lambert's law."""
 
-    name: str = "luminaire"
+    name: Label = "luminaire"
     shape: Literal["rectangle", "disc", "point", "ies"]
     file: FileName | None = None
     center: Vector
@@ -178,7 +179,7 @@ class LuminaireTable(StrictTable):
 class ObjectTable(StrictTable):
     """An object in the room: a box, cylinder or sphere, or a model from a file."""
 
-    name: str = "object"
+    name: Label = "object"
     shape: Literal["box", "cylinder", "sphere"] | None = None
     mesh: FileName | None = None
     units: Literal[tuple(METRES_PER_UNIT)] | None = None
@@ -219,7 +220,7 @@ class SolverTable(StrictTable):
 class SceneTable(StrictTable):
     """A whole scene file."""
 
-    title: str = "Untitled room"
+    title: Label = "Untitled room"
     room: RoomTable
     materials: dict[str, MaterialTable] = {}
     luminaires: list[LuminaireTable] = []

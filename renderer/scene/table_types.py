@@ -12,6 +12,8 @@ Positive = Annotated[float, Field(strict=True, ge=1 / MAX_COORDINATE_M, le=MAX_C
 Amount = Annotated[float, Field(strict=True, ge=0, le=1e30)]
 Fraction = Annotated[float, Field(strict=True, ge=0, le=1)]
 Count = Annotated[int, Field(strict=True, ge=1, le=50)]
+# Line breaks and the blanks around them become one space, so that a title cannot pass for a line of output.
+Label = Annotated[str, AfterValidator(lambda text: " ".join(map(str.strip, text.splitlines())))]
 FileName = Annotated[str, Field(min_length=1)]
 Vector = tuple[Number, Number, Number]
 
