@@ -132,7 +132,7 @@ OTHER = ldt(np.full(37, 79.6), [0.0], 1)
         (GOOD.replace("1 1\r\n", "nan 1\r\n", 1), ".ies", "must be a number"),
         (GOOD.replace("1 1\r\n", "-1 1\r\n", 1), ".ies", "negative intensity"),
         (GOOD.replace("1 1\r\n", "1e308 1\r\n", 1), ".ies", "up to"),
-        (GOOD.replace("5 10", "10 5"), ".ies", "do not rise"),
+        (GOOD.replace("5 10", "10 5"), ".ies", "do not ascend"),
         (GOOD.replace(" 37 2 1 2 ", " 37 2 4 2 "), ".ies", "photometric type 4"),
         (GOOD.replace(" 37 2 1 2 ", " 36 2 1 2 "), ".ies", "3 numbers more"),
         (GOOD.replace(" 37 2 1 2 ", " 1e9 2 1 2 "), ".ies", "whole"),

@@ -87,7 +87,8 @@ def element_light(transport: Transport, position: np.ndarray, normal: np.ndarray
     # and within 1/4,000 below 0.02; the latter where no rays are cast, since other errors are then smaller.
     most = 0.06 if transport.ray_scene is not None else 0.02
     steep = near_lamps(transport, patch, world, most) & (bare > 0)
-    for index, lum in enumerate(transport.luminaires):
+    for index in np.flatnonzero(steep.any(axis=0)):
+        lum = transport.luminaires[index]
         whole = np.flatnonzero(steep[:, index] & (seen.row < 0))
         st, weight = _gauss(mesh, patch[whole], corners[whole])
         at = mesh.at(patch[whole, None], st[..., 0], st[..., 1])
@@ -156,6 +157,8 @@ def near_lamps(transport: Transport, patch: np.ndarray, world: np.ndarray, most:
     for index, lum in enumerate(transport.luminaires):
         # The light of a face that touches a wall is finite there: elements of a hundredth of the face are
         # small enough.
-        near[:, index] = lum.may_light(world, normal, slack) & (
+        large = np.flatnonzero(
             size > np.maximum(most * lum.distance(middle - lum.center), 0.01 * np.sqrt(lum.area)))
+        if len(large):
+            near[large, index] = lum.may_light(world[large], normal[large], slack)
     return near
