@@ -120,6 +120,7 @@ def test_an_unknown_notation_names_the_nearest_chips(notation, nearest):
 @pytest.mark.parametrize(("text", "words"), [
     ("1.2", "from 0 to 1"), ("nan", "from 0 to 1"), ("0.1,0.2", "three"), ("#12", "hexadecimal"),
     ("nofile.csv", "not a file"), ("500K", "1000 to 25000"), ("FL99", "FL9"), ("5R 4/13", "5R 4/12"),
+    ("RAL 3020", "RAL, NCS"), ("S 1050-Y90R", "RAL, NCS"),
     ("x" * 400, "must be a Munsell chip"), ("x" * 400 + ".csv", "not a file")])
 def test_arguments_that_are_not_spectra_are_refused(text, words):
     with pytest.raises(renderer.InputError, match=words):

@@ -81,6 +81,10 @@ def resolve(text: str, lamp: bool) -> NamedSpectrum:
             raise InputError(f"SPECTRUM is {text!r}; a colour temperature must be from 1000 to 25000 K.")
         kind = "black body" if cct < 4000 else "daylight"
         return NamedSpectrum(f"{kind}, {cct:g} K", True, {"computed": correlated(cct)})
+    if re.match(r"(ral|ncs|pantone)\b|s? ?\d{4}-?(n|[rygb](\d\d[rygb])?)$", text, re.IGNORECASE):
+        raise InputError(f"SPECTRUM is {text!r}; the tables of RAL, NCS and Pantone are not free. Give the "
+                         'paint\'s measured spectrum, its sRGB from a catalogue as "#rrggbb", or the nearest '
+                         'Munsell chip, as "5R 4/14".')
     if text not in illuminants():
         near = ", ".join(illuminants(near=text))
         raise InputError(f"SPECTRUM is {text!r}; must be a Munsell chip (5R 4/14), a .csv or .spdx file, "
