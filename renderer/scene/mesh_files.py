@@ -118,8 +118,8 @@ def crowded_edges(faces: np.ndarray) -> np.ndarray:
 
 
 def oriented(mesh: LabelledMesh) -> tuple[LabelledMesh, np.ndarray]:
-    """The mesh with one winding in each connected body, outward for closed bodies; and the body of each face
-    (k,)."""
+    """The mesh with consistent winding in each connected body, outward for closed ones, and the body of each
+    face (k,)."""
     faces = mesh.faces.copy()
     sides, edge = _sides(faces)
     order = np.argsort(edge, kind="stable")
