@@ -33,8 +33,8 @@ def test_bars_hold_and_are_sharp_over_random_rooms(tmp_path):
     assert len(rows) > 80
     # 95 % of some 100 readings, less twice the standard deviation of such a count.
     assert np.mean(error <= bar) > 0.95 - 2 * np.sqrt(0.95 * 0.05 / len(rows))
-    # Reading by reading: bars of empty rooms are a tenth of the others', so that the median bar and the median
-    # error would be those of neither kind.
+    # Reading by reading: bars of empty rooms are a tenth of the others', and medians over both kinds would be
+    # those of neither.
     assert np.median(bar / error) <= 4
 
 
