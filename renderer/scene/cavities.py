@@ -9,6 +9,8 @@ from renderer.scene.room import free_lengths, spelt, winding
 FACE_STEP = 0.4
 """Largest distance, in cells, between the points that mark a face, so that no path from cell to cell crosses
 a face between them."""
+OUTER_AIR = 1
+"""Number of the piece of air around all faces."""
 FACE, UNENCLOSED = -2, -1
 """Numbers of cells outside all cavities: with a face, and with air that is not enclosed."""
 
@@ -69,7 +71,9 @@ class Cavities:
     def beside(self, chosen: list[int], triangles: np.ndarray) -> np.ndarray:
         """Whether each of triangles (k, 3, 3) is near one of the chosen cavities (k,)."""
         points, owner = points_on(triangles, FACE_STEP * self.pitch)
-        return np.bincount(owner, self.near(chosen)[self.index(points)], len(triangles)) > 0
+        high = self.low + self.pitch * np.array(self.cell.shape)
+        near = self.near(chosen)[self.index(points)] & ((points > self.low) & (points < high)).all(axis=1)
+        return np.bincount(owner, near, len(triangles)) > 0
 
     def lead_out(self, points: np.ndarray, normals: np.ndarray, chosen: list[int], triangles: np.ndarray
                  ) -> np.ndarray:
@@ -109,11 +113,8 @@ def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) ->
     grid = np.zeros(np.ceil((high - low) / pitch + 1.5).astype(int), dtype=bool)
     grid[tuple(np.floor((points_on(triangles, FACE_STEP * pitch)[0] - low) / pitch).astype(int).T)] = True
     reach = int(np.ceil(opening / 2 / pitch))
-    if reach:
-        grid = ndimage.distance_transform_edt(~np.pad(grid, reach)) <= reach
-        low = low - reach * pitch
-    label, _ = ndimage.label(~grid)
-    cell = np.where(grid, FACE, label - 2)  # label 1 is the outer air: the grid begins there
+    label = air_of(grid, reach)
+    cell = label - 2  # FACE, then OUTER_AIR as UNENCLOSED, then the cavities
     each = []
     for box in ndimage.find_objects(label)[1:]:
         inner = np.pad(label[box] == len(each) + 2, 1)
@@ -128,6 +129,20 @@ def cavities(triangles: np.ndarray, closed: np.ndarray, opening: float = 0.0) ->
     least = depth.min(initial=np.inf) + 0.5
     rooms = [k for k, inside in zip(large, depth, strict=True) if inside < least]
     return Cavities(sorted(rooms, key=lambda k: -each[k].volume), each, cell, low, pitch, reach)
+
+
+def air_of(faces: np.ndarray, reach: int) -> np.ndarray:
+    """Numbers of the pieces of connected air on a grid (nx, ny, nz): 0 in cells within `reach` of a face,
+    OUTER_AIR around all faces, and others from 2 on.
+
+    faces : whether each cell has a face; the cells at the edges of the grid have none
+    """
+    from scipy import ndimage
+
+    near = ndimage.distance_transform_edt(~faces) <= reach if reach else faces
+    # Air that leaves the grid is outer air, as beyond an edge cells are farther from all faces than at it; a
+    # further layer of free cells joins all of it, and is numbered first.
+    return ndimage.label(~np.pad(near, 1))[0][1:-1, 1:-1, 1:-1]
 
 
 def pitch_of(triangles: np.ndarray) -> float:

@@ -6,7 +6,7 @@ building; other pieces in a cavity are things.
 
 import numpy as np
 
-from renderer.scene.cavities import FACE_STEP, Cavities, cavities, pitch_of, points_on
+from renderer.scene.cavities import FACE_STEP, OUTER_AIR, Cavities, air_of, cavities, pitch_of, points_on
 from renderer.scene.imports.record import Air, ImportedFace, Space, Thing
 from renderer.scene.imports.sorting import polygons_of, sorted_faces, triangles_of
 from renderer.scene.model_files.edges import Edges, connected
@@ -172,12 +172,7 @@ class _Closed:
 
     def without(self, gone: np.ndarray) -> bool:
         """Whether the cavity reaches neither the air around nor another room without these pieces."""
-        from scipy import ndimage
-
         count = self.count - np.bincount(self.cell[np.isin(self.piece, gone)], minlength=len(self.count))
-        free = (count == 0).reshape(self.air.cell.shape)
-        if self.air.reach:
-            free = ndimage.distance_transform_edt(free) > self.air.reach
-        label, _ = ndimage.label(free)
+        label = air_of((count > 0).reshape(self.air.cell.shape), self.air.reach)
         own = label[self.place]
-        return bool(own > 0 and own != label[0, 0, 0] and all(own != label[place] for place in self.others))
+        return bool(own > OUTER_AIR and all(own != label[place] for place in self.others))
