@@ -8,8 +8,8 @@ BIN := $(VENV)/bin
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
 
-# One process more than cores, as some tests wait for others' processes; and all may keep compiled modules,
-# as a hundred processes of this program are started.
+# One process more than cores, because some tests wait for processes that they start. Compiled modules are kept,
+# because the tests start the program about a hundred times.
 test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/tested
 	$(BIN)/pytest -n $$($(BIN)/python -c "import os; print((os.cpu_count() or 1) + 1)") --dist worksteal \
@@ -21,8 +21,8 @@ slow: $(VENV)/tested
 lint: $(VENV)/tested
 	$(BIN)/ruff check .
 
-# Every picture, table and printed example of the pages, some twenty minutes; the parts below
-# make some of it. The report's picture needs chromium. (validate --peers writes the table of peers.)
+# Every picture, table and printed example of the pages, in about twenty minutes; the targets below
+# make parts of it. The report's picture needs chromium. (validate --peers writes the table of peers.)
 docs: pictures gallery tradeoff validation held examples
 
 pictures: $(VENV)/tested
@@ -37,18 +37,18 @@ validation: $(VENV)/installed
 	$(BIN)/renderer validate --extremes --quiet > /dev/null
 	$(BIN)/python docs/insert.py
 
-# What was tried of untrusted input and surroundings, counted by the tests.
+# The numbers of untrusted inputs and surroundings that the tests try.
 held: $(VENV)/tested
 	$(BIN)/python docs/held.py
 
-# What commands print in the pages, and what the notebook shows.
+# The printed output of commands in the pages, the reference of the Python interface, and the notebook.
 examples: $(VENV)/tested
 	$(BIN)/python docs/pages.py
 	$(BIN)/python docs/api.py
 	$(BIN)/python docs/notebook.py
 
-# Speed against accuracy in four rooms, beside Mitsuba and Radiance, into docs/tradeoff.md: some eight
-# minutes on a quiet machine. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
+# Speed against accuracy in four rooms, beside Mitsuba and Radiance, into docs/tradeoff.md: about eight
+# minutes on an idle machine. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
 tradeoff: $(VENV)/installed
 	$(BIN)/pip install --quiet --editable '.[peers]'
 	for room in grey_room red_room furnished_room office; do \
@@ -56,7 +56,7 @@ tradeoff: $(VENV)/installed
 		cp outputs/$${room}_tradeoff.png docs/pictures/tradeoff_$$room.png || exit 1; done
 	$(BIN)/python docs/insert.py
 
-# How much RGB matters in rooms, for docs/answer.md: some half an hour on two quiet cores.
+# The errors of RGB in many rooms, for docs/answer.md: about half an hour on two idle cores.
 study: $(VENV)/installed
 	$(BIN)/renderer study
 	for figure in within rule models colour reds; do \
@@ -69,7 +69,7 @@ gallery: $(VENV)/installed
 	$(BIN)/python docs/living_room.py
 	$(BIN)/python docs/insert.py
 
-# What of three.js the report's page uses, as one file; needs npm. Only for a new version of three.js.
+# The parts of three.js that the report's page uses, as one file; needs npm. Only for a new version of three.js.
 three:
 	npm install --silent --no-save --prefix build/three three@0.187.0 esbuild@0.28.2
 	cp renderer/pictures/report/three.entry.js build/three/
@@ -90,7 +90,7 @@ $(VENV)/tested: pyproject.toml $(BIN)/python
 	$(BIN)/pip install --quiet --editable '.[test]'
 	@touch $@ $(VENV)/installed
 
-# The pages as one site to search and read without a network: build/site/index.html.
+# The pages as one site that can be searched and read without a network: build/site/index.html.
 site: $(VENV)/tested
 	$(BIN)/pip install --quiet '.[site]'
 	$(BIN)/python docs/api.py
@@ -103,7 +103,7 @@ lowest: $(BIN)/python
 	$(BIN)/uv pip install --quiet --python build/lowest --resolution lowest-direct --editable '.[test]'
 	build/lowest/bin/python -m pytest -m "not slow"
 
-# What is published: a wheel of under 5 MB for every system, and the source.
+# The files to publish: a wheel of under 5 MB for every system, and the source.
 dist: $(VENV)/tested
 	rm -rf dist
 	$(BIN)/python -m build --outdir dist

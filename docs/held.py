@@ -1,6 +1,6 @@
 """Write the table of passed cases in docs/stability.md, from counts of the tests.
 
-    .venv/bin/python docs/held.py       some ten minutes; signals and damaged files take most of it
+    .venv/bin/python docs/held.py       about ten minutes, mostly for signals and damaged files
 
 The fixture `held` of tests/conftest.py counts each passed case in a row of this table.
 """

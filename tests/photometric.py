@@ -94,7 +94,7 @@ def directions(n=400, seed=0):
 
 
 def smooth(c, gamma):
-    """Intensity [cd] that is alike on both sides of C0–C180 and of C90–C270; angles (…) [rad]."""
+    """Intensity [cd] that is the same on both sides of C0–C180 and of C90–C270; angles (…) [rad]."""
     return 100 * (1.2 + np.cos(gamma) + 0.3 * np.sin(gamma) ** 2 * np.cos(2 * c))
 
 

@@ -91,7 +91,7 @@ def test_a_light_source_of_a_fixture_gives_its_place_flux_and_colour_temperature
 
 
 def test_ifc_without_spaces_takes_rooms_from_its_walls(tmp_path):
-    # Four walls 0.2 m thick about 4 × 3 m: the room is what they enclose.
+    # Four walls 0.2 m thick about 4 × 3 m, the room.
     walls = [((-100, -100), (4200, 200)), ((-100, 2900), (4200, 200)), ((-100, 0), (200, 3000)),
              ((3900, 0), (200, 3000))]
     lines = (FILES / "room.ifc").read_text().partition("#24=")[0].splitlines()

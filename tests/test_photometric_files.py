@@ -1,5 +1,5 @@
-"""Photometric files: one distribution in every edition and symmetry reads alike; every fault gives one
-sentence."""
+"""Photometric files: every edition and symmetry of a distribution gives the same intensities; every fault
+gives one sentence."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_eulumdat_symmetries_are_the_same_distribution(read_lamp, symmetry, stor
 
 
 def one_sided(c, gamma):
-    """Not alike on any two sides but C and −C, or, turned by 90°, C and 180 − C."""
+    """Intensity [cd] with no symmetry but C and −C, or, turned by 90°, C and 180 − C."""
     return 100 * (1.2 + np.cos(gamma) + 0.5 * np.sin(gamma) * np.cos(c))
 
 

@@ -73,7 +73,7 @@ def test_a_room_is_measured_and_written(small, room, tmp_path):
         assert a.bar <= a.accuracy
         assert a.error <= 1.5 * (a.bar + found.asked.floor)
     assert "| --accuracy | time s |" in files[1].read_text()
-    assert "From 10 % to 1 % the time of all readings goes from" in files[1].read_text()
+    assert "From --accuracy 10 % to 1 % the time of all readings rises from" in files[1].read_text()
 
 
 def test_other_programs_are_given_the_points_of_grids_and_lambertian_lamps(room, small, monkeypatch):
@@ -100,7 +100,7 @@ def test_other_programs_are_given_the_points_of_grids_and_lambertian_lamps(room,
     assert lamp.distribution is None
     assert lamp.lumens == pytest.approx(scene.luminaires[0].lumens, rel=1e-12)
     assert np.allclose(lamp.corners, scene.luminaires[0].corners)
-    # The figures of a room with those lamps err by nothing, held against themselves.
+    # The figures of a room with those lamps have no error against themselves.
     lux = np.array([r.total_lx for r in renderer.solve(given[0], "rgb", 0.05).photometers()])
     truth = np.array([lux[0], lux[1:].mean(), lux[1:].min()])
     error_of = tradeoff_asked._error_of(lambertian(scene), [np.ones(points, dtype=bool)], truth)

@@ -181,7 +181,7 @@ def _parallel(ahead: np.ndarray, across2: np.ndarray, shadow: np.ndarray, length
         there /= 4
         t2 *= 0.75
         there -= t2
-        angle = np.arctan(t / np.maximum(across, 1e-290))  # t is at most some 1e9 m
+        angle = np.arctan(t / np.maximum(across, 1e-290))  # t is at most about 1e9 m
         angle *= t
         angle *= across
         there += angle

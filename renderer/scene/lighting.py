@@ -51,7 +51,7 @@ def _tilted(table: LuminaireTable, photometry: Photometry | None, luminaire: Lum
     angle, factor = photometry.tilt.angle(luminaire.normal), photometry.tilt.factor(luminaire.normal)
     if factor == 1:
         return []
-    what = ("its `flux` is taken as that of the tilted luminaire" if table.flux is not None
+    what = ("its `flux` already includes that factor" if table.flux is not None
             else f"{luminaire.lumens:.5g} lm are left")
     return [f"luminaires {table.name!r} is tilted by {angle:.3g}°, for which {table.file} states the factor "
             f"{factor:.4g}; {what}."]

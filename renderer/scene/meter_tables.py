@@ -62,7 +62,7 @@ class SightTable(StrictTable):
     def _looks_somewhere(self):
         one_of(self, "look_at", "direction")
         if not has_length(self.toward):
-            raise ValueError("look_at is the eye's own position; move it to what is looked at"
+            raise ValueError("look_at is the eye's own position; move one of them"
                              if self.look_at else "direction has no length; give one, for example [0, 1, 0]")
         return self
 
@@ -99,5 +99,5 @@ class CameraTable(StrictTable):
     @model_validator(mode="after")
     def _looks_somewhere(self):
         if not has_length(tuple(a - b for a, b in zip(self.look_at, self.position, strict=True))):
-            raise ValueError("look_at is the camera's own position; move it to what is looked at")
+            raise ValueError("look_at is the camera's own position; move one of them")
         return self

@@ -45,7 +45,7 @@ class RequirementTable(StrictTable):
     @model_validator(mode="after")
     def _asks_something(self):
         if not self.asked:
-            raise ValueError("nothing is asked; give one or more of "
+            raise ValueError("states no requirement; give one or more of "
                              + ", ".join(key for key in type(self).model_fields if key != "of"))
         return self
 
@@ -68,6 +68,6 @@ def checked_requirements(table, path: Path) -> list[RequirementTable]:
         known = {key for kind in kinds for key in readable[kind]}
         for key in entry.asked:
             if key not in known:
-                raise InputError(f"{where}.{key} is asked of {entry.of!r}, which does not read it; it reads "
+                raise InputError(f"{where}.{key} is no reading of {entry.of!r}; its readings are "
                                  f"{', '.join(sorted(known))}.")
     return table.requirements

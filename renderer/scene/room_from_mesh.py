@@ -163,10 +163,10 @@ def _inward(mesh: LabelledMesh, body: np.ndarray, path: Path, where: str) -> Lab
                              f"{spelt(corners[out][0])} m. Join them in the modeller, or move it.")
         if outside(spot[None], enclosing, 1e-9 * scale)[0]:
             raise InputError(f"{where}: {path.name} holds a closed surface outside the room's, at "
-                             f"{spelt(spot)} m; a file holds one room and what stands in it. Export them "
+                             f"{spelt(spot)} m; a file holds one room and its contents. Export them "
                              "one by one.")
     within = others[volume[others] > 0.5 * volume[outer]]
-    if len(within):  # walls with thickness: the room is what they enclose
+    if len(within):  # walls with thickness: the room is the cavity between them
         keep = body != outer
         mesh = replace(mesh, faces=mesh.faces[keep], part=mesh.part[keep])
         body, outer = body[keep], within[0]

@@ -121,7 +121,7 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     # With this accuracy, readings are by elements, as in the settings.
     finest = replace(plan, patch_size=min(p.patch_size for p in plans) / 2.0, rays=plan.rays and 4096,
                      accuracy=MIN_PROMISED_ACCURACY)
-    make_plan(scene, 0.01, finest.patch_size)  # refuses what is too large
+    make_plan(scene, 0.01, finest.patch_size)  # raises InputError for too many patches
     progress(f"{scene.title}: the reference, patches of {finest.patch_size:.3g} m")
     store = TransportStore()
     transport = store.transport(scene, finest, seed + 1)

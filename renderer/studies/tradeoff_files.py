@@ -40,7 +40,7 @@ def recommendations(found: Tradeoff) -> Table:
         best = found.recommended(target)
         none = "none of these" if target >= found.floor else _beyond(found)
         rows.append([f"{target:.1%}", *([none] + ["–"] * 5 if best is None else _cells(best))])
-    return Table(f"{found.scene.title}: what to take",
+    return Table(f"{found.scene.title}: recommended settings",
                  ["error", "bands", "factors", "patch m", "patches", "time s", "its error"], rows)
 
 
@@ -64,7 +64,7 @@ def asked_table(found: Tradeoff) -> Table:
     """Times and errors of `--accuracy`."""
     rows = [[f"{100 * a.accuracy:g} %", f"{a.seconds:.2g}", _percent(a.bar), _percent(a.error)]
             for a in found.asked.asked]
-    return Table(f"{found.scene.title}: what --accuracy takes, held against readings known to "
+    return Table(f"{found.scene.title}: time and error with --accuracy, against readings known to "
                  f"{_percent(found.asked.floor)}",
                  ["--accuracy", "time s", "widest bar", "largest error"], rows)
 
@@ -73,14 +73,14 @@ def three_sentences(found: Tradeoff) -> list[str]:
     """Captions of the picture: on `--accuracy`, on other programs, on the settings."""
     asked, floor = found.asked.asked, found.asked.floor
     off = [a for a in asked if a.error > a.bar + floor]
-    span = (f"From {100 * asked[0].accuracy:g} % to {100 * asked[-1].accuracy:g} % the time of all readings "
-            f"goes from {asked[0].seconds:.2g} to {asked[-1].seconds:.2g} s")
+    span = (f"From --accuracy {100 * asked[0].accuracy:g} % to {100 * asked[-1].accuracy:g} % the time of "
+            f"all readings rises from {asked[0].seconds:.2g} to {asked[-1].seconds:.2g} s")
     if off:
-        said = (f"{span}; asked for {_listed(a.accuracy for a in off)} a reading errs by more than the "
-                f"widest bar, by {_percent(max(a.error for a in off))} at most.")
+        said = (f"{span}; with {_listed(a.accuracy for a in off)} the error of a reading is larger than the "
+                f"widest bar: {_percent(max(a.error for a in off))} at most.")
     else:
-        said = (f"{span}, and each time all readings are within the widest bar of a much finer solution's, "
-                f"which are known to {_percent(floor)}.")
+        said = (f"{span}; no error is larger than the widest bar, against a much finer solution that is "
+                f"known to {_percent(floor)}.")
     return [said, _of_peers(found), _of_bands(found)]
 
 
@@ -89,10 +89,10 @@ def _of_peers(found: Tradeoff) -> str:
     if own is None or not found.asked.peers:
         return " ".join(found.asked.skipped)
     given = ", with Lambertian lamps of the same outlines in place of files" if found.asked.lambertian else ""
-    times = " and ".join(f"{peer.name} {peer.version} about {_seconds_to(peer.points, own.bar):.2g} s"
+    times = " and ".join(f"about {_seconds_to(peer.points, own.bar):.2g} s of {peer.name} {peer.version}"
                          for peer in found.asked.peers)
-    ours = f"Asked for 1 % this program takes {own.seconds:.2g} s for bars of {_percent(own.bar)} at most"
-    theirs = f"for errors as large, all meters in one run, it takes {times}{given}."
+    ours = f"With 1 % this program needs {own.seconds:.2g} s, and its bars are {_percent(own.bar)} at most"
+    theirs = f"for errors of that size, with all meters in one run, {times} are needed{given}."
     return " ".join([f"{ours}; {theirs}", *found.asked.skipped])
 
 
@@ -113,15 +113,15 @@ def _seconds_to(points: Sequence[tuple[float, float]], error: float) -> float:
 def _of_bands(found: Tradeoff) -> str:
     by = {name: [s for s in found.settings if s.bands == name] for name in ("31", "rgb")}
     dearer = np.median([a.seconds / b.seconds for a, b in zip(by["31"], by["rgb"], strict=True)])
-    best = next(filter(None, (found.recommended(t) for t in (0.01, 0.05))), None)
+    target, best = next(((t, s) for t in (0.01, 0.05) if (s := found.recommended(t))), (None, None))
     exact = {name: _percent(min(s.error for s in of)) for name, of in by.items()}
-    said = (f"On one mesh 31 bands take {dearer:.3g} times as long as RGB, which at best is {exact['rgb']} "
-            f"off here, 31 bands {exact['31']}")
+    said = (f"On one mesh 31 bands take {dearer:.3g} times as long as RGB; the smallest error is "
+            f"{exact['rgb']} in RGB and {exact['31']} in 31 bands")
     if best is None:
         return f"{said}."
-    return (f"{said}; of {len(found.settings)} settings without bars the fastest for 1 % is bands = "
-            f"\"{best.bands}\" and patch_size = {best.patch_size:.3g}: {best.seconds:.2g} s, "
-            f"{_percent(best.error)} off.")
+    return (f"{said}. Of {len(found.settings)} settings without bars, bands = \"{best.bands}\" and "
+            f"patch_size = {best.patch_size:.3g} are recommended for {100 * target:g} %: {best.seconds:.2g} "
+            f"s, error {_percent(best.error)}.")
 
 
 def words(found: Tradeoff) -> str:
@@ -130,13 +130,13 @@ def words(found: Tradeoff) -> str:
     dearer = np.median([a.seconds / b.seconds for a, b in zip(by["31"], by["rgb"], strict=True)])
     share = np.median([s.transport / s.seconds for s in found.settings])
     exact = {name: min(s.error for s in of) for name, of in by.items()}
-    said = [f"{found.scene.title}: {len(found.settings)} settings, held against {found.reference}, whose "
+    said = [f"{found.scene.title}: {len(found.settings)} settings, compared with {found.reference}, whose "
             f"readings are known to {_percent(found.floor)}.",
             f"Half of the settings spend more than {share:.0%} of their time on form factors and meters, "
-            f"which every band set shares: 31 bands take {dearer:.3g} times as long as RGB.",
-            f"At best RGB is {_percent(exact['rgb'])} off here, prefiltered "
-            f"{_percent(exact['rgb-prefiltered'])}, six nodes {_percent(exact['6'])}, 9 bands "
-            f"{_percent(exact['9'])}, 16 {_percent(exact['16'])}, 31 {_percent(exact['31'])}."]
+            f"which are the same for every band set: 31 bands take {dearer:.3g} times as long as RGB.",
+            f"The smallest errors are {_percent(exact['rgb'])} in RGB, {_percent(exact['rgb-prefiltered'])} "
+            f"prefiltered, {_percent(exact['6'])} with six nodes, {_percent(exact['9'])} in 9 bands, "
+            f"{_percent(exact['16'])} in 16 and {_percent(exact['31'])} in 31."]
     beyond = [t for t in TARGETS if t < found.floor]
     for best in dict.fromkeys(found.recommended(t) for t in TARGETS if t not in beyond):
         targets = _listed(t for t in TARGETS if t not in beyond and found.recommended(t) is best)
@@ -145,7 +145,7 @@ def words(found: Tradeoff) -> str:
             continue
         factors = f"accuracy = {best.accuracy:g}, {best.rays} rays a patch" if best.rays else "exact factors"
         said.append(f"For {targets} take bands = \"{best.bands}\" and patch_size = {best.patch_size:.3g} "
-                    f"({factors}): {best.seconds:.2g} s, {_percent(best.error)} off.")
+                    f"({factors}): {best.seconds:.2g} s, error {_percent(best.error)}.")
     if beyond:
         said.append(f"For {_listed(beyond)} nothing is recommended: {_beyond(found)}.")
     return " ".join(said)

@@ -63,7 +63,7 @@ def _mended(data: bytes, materials: set[str]) -> bytes:
 
 
 def _notes(document) -> list[str]:
-    """Sentences about what of a document was not read or not posed."""
+    """Sentences about parts of a document that were not read, and skins that were not posed."""
     notes = []
     if any(hasattr(controller, "geometry") for controller in document.controllers):
         notes.append("skins are in the pose in which they are bound")
@@ -202,7 +202,7 @@ class _Colours:
         return self._without(None if image is None else mean_colour(image, *fans(piece, uv)))
 
     def _without(self, colour: np.ndarray | None) -> np.ndarray | None:
-        """The same colour; a note where there is none."""
+        """The colour, unchanged; where it is None, a note is added."""
         note = "a texture of it cannot be read, and its colour is not known"
         if colour is None and note not in self.notes:
             self.notes.append(note)

@@ -131,7 +131,7 @@ class Attributes:
         return name in self.accessors
 
     def get(self, name: str) -> np.ndarray | None:
-        """As by the name itself; None where there is no such attribute."""
+        """Values (n, width) as from `[name]`; None where there is no such attribute."""
         return self[name] if name in self else None  # noqa: SIM401
 
     def __getitem__(self, name: str) -> np.ndarray:

@@ -42,21 +42,22 @@ def morphed(vertices: np.ndarray, primitive: dict, weights: list[float], buffers
         if weight and "POSITION" in target:
             moved = buffers.accessor(target["POSITION"])
             if len(moved) != len(vertices):
-                raise Unreadable("has a morph target of other vertices than its mesh; export it again")
+                raise Unreadable("has a morph target with another number of vertices than its mesh; export "
+                                 "it again")
             vertices = vertices + weight * moved
     return vertices
 
 
 def skinned(vertices: np.ndarray, attributes: Attributes, joints: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Vertices (n, 3) as the joints (j, 4, 4) of a skin place them, whatever the node of the mesh; and
-    whether that mirrors them. Raises Unreadable."""
+    """Vertices (n, 3) placed by the joints (j, 4, 4) of a skin, not by the node of the mesh; and whether that
+    mirrors them. Raises Unreadable."""
     blended, total, sets = np.zeros((len(vertices), 4, 4)), np.zeros(len(vertices)), 0
     while f"JOINTS_{sets}" in attributes:
         index, weight = attributes[f"JOINTS_{sets}"].astype(np.int64), attributes[f"WEIGHTS_{sets}"]
         if len(index) != len(vertices) or len(weight) != len(vertices):
-            raise Unreadable("has a skin of other vertices than its mesh; export it again")
+            raise Unreadable("has a skin with another number of vertices than its mesh; export it again")
         if index[weight > 0].max(initial=0) >= len(joints):
-            raise Unreadable("has a vertex whose joint its skin does not hold; export it again")
+            raise Unreadable("has a vertex whose joint is not in its skin; export it again")
         for k in range(4):
             blended += weight[:, k, None, None] * joints[np.where(weight[:, k] > 0, index[:, k], 0)]
         total, sets = total + weight.sum(axis=1), sets + 1

@@ -1,9 +1,9 @@
-"""Closed surfaces whose inside is not where their winding says: wound inward, or crossed by themselves."""
+"""Closed surfaces whose normals do not all point outward: wound inward, or crossed by themselves."""
 
 import numpy as np
 
 SAMPLE = 64
-"""Faces of a surface at which it is asked."""
+"""Most faces of a surface whose sides are tested."""
 
 
 def windings(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -36,7 +36,7 @@ def wound_inward(corners: np.ndarray, solid: np.ndarray, volume: np.ndarray) -> 
     boxes = {j: (corners[solid == j].min(axis=(0, 1)), corners[solid == j].max(axis=(0, 1))) for j in outer}
     for k in np.flatnonzero(inward):
         points = _some(corners[solid == k]).mean(axis=1)
-        # A second skin in the place of another, wound inward, lies partly outside it.
+        # Of two surfaces in one place, some faces of the one wound inward are outside the other: no cavity.
         inward[k] = not any((low <= points).all() and (points <= high).all()
                             and (windings(points, corners[solid == j]) > 0.5).all()
                             for j, (low, high) in boxes.items())
@@ -44,7 +44,7 @@ def wound_inward(corners: np.ndarray, solid: np.ndarray, volume: np.ndarray) -> 
 
 
 def crossed(corners: np.ndarray, solid: np.ndarray, volume: np.ndarray) -> np.ndarray:
-    """Closed surfaces (n,) that cross themselves so that some of their faces have the inside before them.
+    """Closed surfaces (n,) that cross themselves so that the normals of some of their faces point inward.
     Arguments as for `wound_inward`."""
     found = np.zeros(len(volume), dtype=bool)
     order = np.argsort(solid, kind="stable")

@@ -43,7 +43,7 @@ class ModelFile:
     metres : one unit of the file [m]
     said : whether the file or its format states axis and unit; else they are assumed
     notes : sentences about contents that were not read
-    instead : what the file holds where it has no faces, as "points"
+    instead : contents of a file without faces, as "points"
     """
 
     pieces: list[Piece]

@@ -15,7 +15,7 @@ METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 0.01, "inch": 0.0254
 
 
 def read_3mf(data: bytes) -> ModelFile:
-    """Read what a 3MF file builds: its objects with their components, and colours. Raises Unreadable."""
+    """Read the build items of a 3MF file: objects with their components and colours. Raises Unreadable."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             if sum(entry.file_size for entry in archive.infolist()) > 1 << 30:

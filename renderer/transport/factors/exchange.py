@@ -209,7 +209,7 @@ def balance(matrix, areas: np.ndarray) -> tuple:
 
     Sinkhorn's problem, by Newton's method: to first order, scaling by 1 + d moves row i's sum by s_i d_i +
     Σ_j S_ij d_j, a positive definite system (Knight and Ruiz, IMA J. Numer. Anal. 2013). Where few rays leave
-    a matrix that no scaling can close, a patch sends to itself what its row misses. A row that is MAX_SCALE
+    a matrix that no scaling can close, the rest of a row is added to its diagonal. A row that is MAX_SCALE
     times too large or too small is not scaled: a patch that exchanges almost nothing makes the system
     singular, and its solution would scale all other rows wrongly.
     """
