@@ -21,8 +21,8 @@ convergence a quarter or a tenth of the error remains."""
 def random_scene(seed: int, folder: Path, crowded: bool | None = None) -> Scene:
     """The random room of that seed, with `POINTS` photometers.
 
-    crowded : whether objects and pendants stand in it; else every other room. What the reader refuses
-    (a meter inside a crate, two things in one place) is drawn anew.
+    crowded : whether the room has objects and pendants; None: rooms of odd seeds have. A room that the reader
+    refuses (a meter inside a crate, two objects in one place) is replaced by the next.
     """
     random = np.random.default_rng(seed)
     crowded = seed % 2 == 1 if crowded is None else crowded

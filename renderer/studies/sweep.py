@@ -124,8 +124,7 @@ def _read(scene: Scene) -> Scene:
     """The scene. Raises InputError for one without photometers."""
     if not scene.photometers:
         raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table, because a "
-                         f"study's "
-                         "rows are readings.")
+                         "study's rows are readings.")
     return scene
 
 

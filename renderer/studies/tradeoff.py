@@ -109,8 +109,7 @@ def measure(scene: Scene, seed: int | None, progress: Progress) -> Tradeoff:
     """
     if not scene.photometers:
         raise InputError(f"{scene.path}: photometers is empty; add a [[photometers]] table: errors are "
-                         f"errors "
-                         "of readings.")
+                         "those of readings.")
     if not sum(lum.lumens for lum in scene.luminaires) > 0:
         raise InputError(f"{scene.path}: luminaires give no light, so there is no error to measure; add one, "
                          "or give it flux.")

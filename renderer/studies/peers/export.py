@@ -114,8 +114,8 @@ def hand_over(scene: Scene, spectral: bool = False) -> Handover:
     points = []
     for lum, flux in zip(scene.luminaires, lights, strict=True):
         if lum.distribution is not None:
-            raise InputError(f"{scene.path}: luminaires {lum.name!r} is from a photometric file, which the "
-                             "peers are not given. Leave it out.")
+            raise InputError(f"{scene.path}: luminaires {lum.name!r} is from a photometric file, which "
+                             "the other programs do not receive. Leave it out.")
         if lum.is_point and not lum.lambertian:
             points.append(Point(units(lum.center), flux / (4 * np.pi) * scale**2))
             continue

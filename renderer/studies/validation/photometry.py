@@ -109,7 +109,7 @@ def _lit_floor(folder: Path) -> list[Case]:
 
 
 def _lit_wall(folder: Path) -> list[Case]:
-    """5.7: a wall of even exitance with a black box before it."""
+    """5.7: a wall of even exitance with a black box in front of it."""
     box = solid("box", (0, 2.5, 0), (4, 0.2, 1), "black")
     solution = solve(box_scene(folder, POINT_LAMP + box, rho=0.6), "rgb")
     case = PUBLISHED_VALUES["cie171"]["5.7"]

@@ -84,7 +84,7 @@ class Plane:
         return (points - self.origin) @ self.normal
 
     def shadow(self, body: ConvexBody, light: np.ndarray):
-        """The shadow of a body on the plane, from a point (3,) before it, as a polygon.
+        """The shadow of a body on the plane, from a point (3,) in front of it, as a polygon.
 
         The body is cut off just below the height of the point.
         """
@@ -98,7 +98,7 @@ class Plane:
         return shapely.MultiPoint(self.flat(hit)).convex_hull
 
     def before(self, point: np.ndarray, normal: np.ndarray):
-        """The part of the plane before another plane, as a large polygon."""
+        """The part of the plane in front of another plane, as a large polygon."""
         n, c = self.axes @ normal, (self.origin - point) @ normal
         size, far = np.linalg.norm(n), 1e4
         if size < 1e-12:
@@ -118,7 +118,7 @@ def _below(edges: np.ndarray, height: np.ndarray, limit: float) -> np.ndarray:
 
 
 def clipped(polygon: np.ndarray, point: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """The part (d, 3) of a convex polygon (c, 3) before a plane."""
+    """The part (d, 3) of a convex polygon (c, 3) in front of a plane."""
     height, kept = (polygon - point) @ normal, []
     for k in range(len(polygon)):
         a, b, up, down = polygon[k - 1], polygon[k], height[k - 1], height[k]
@@ -132,7 +132,7 @@ def clipped(polygon: np.ndarray, point: np.ndarray, normal: np.ndarray) -> np.nd
 def factor(points: np.ndarray, normal: np.ndarray, polygon: np.ndarray,
            body: ConvexBody | None = None) -> np.ndarray:
     """Form factor (k,) from points (k, 3) with a unit normal (3,) to the front of a convex polygon (c, 3),
-    without the part that a body before the polygon hides (J. H. Lambert, Photometria, 1760)."""
+    without the part that a body in front of the polygon hides (J. H. Lambert, Photometria, 1760)."""
     facing = normal_of(polygon)
     edges = _edges(points, polygon)
     edges = _cut(*edges, np.broadcast_to(normal, points.shape))

@@ -54,8 +54,8 @@ class OneBounce:
     """A room with some reflecting faces.
 
     faces : polygon (c, 3), counter-clockwise seen from the room, and reflectance of each
-    bodies : all bodies in the room, also those with reflecting faces; at most one may stand before a flat
-        lamp
+    bodies : all bodies in the room, also those with reflecting faces; at most one may stand in front of a
+        flat lamp
     """
 
     lamp: Lamp
@@ -80,7 +80,7 @@ class OneBounce:
         some = [b for b in self.bodies
                 if ((np.concatenate(b.faces) - lamp.outline[0]) @ normal_of(lamp.outline)).max() > 1e-9]
         if len(some) > 1:
-            raise ValueError("at most one body may stand before a flat lamp")
+            raise ValueError("at most one body may stand in front of a flat lamp")
         return some[0] if some else None
 
     def _reflected(self, position: np.ndarray, normal: np.ndarray, polygon: np.ndarray, rho: float) -> float:

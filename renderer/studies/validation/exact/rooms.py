@@ -185,7 +185,7 @@ def _white_box(random, kind: str) -> ExactRoom:
 
 
 def _sheet(random, kind: str) -> ExactRoom:
-    """A tilted sheet without thickness: black before a bright face, or itself bright on both sides."""
+    """A tilted sheet without thickness: black in front of a bright face, or itself bright on both sides."""
     size = _size(random)
     flat, up = random.integers(2, size=2)
     lamp = _flat(random, size, bool(up)) if flat else _point(random, size, False)
