@@ -31,8 +31,8 @@ def test_points_stand_for_areas_that_add_up_to_the_faces_light(room, lamp, below
         brought = stands * exchanged(places[:, None], normals[:, None], targets, luminaire.normal)
         return np.abs(brought.mean(axis=1) / np.pi / truth - 1)
 
-    # Nets err by less than independent points, whose error is the spread of their weights over √n; a weight
-    # is at most some four times its mean.
+    # Nets have a smaller error than independent points, whose error is the standard deviation of their
+    # weights over √n; a weight is at most about four times its mean.
     aside = error(*luminaire.aimed(places[:, None], square))
     assert aside.max() < 4 / np.sqrt(RAYS)
     assert np.sqrt((aside**2).mean()) < 1 / np.sqrt(RAYS)

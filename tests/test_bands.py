@@ -149,7 +149,7 @@ def test_a_paint_upsampled_has_its_colour_and_is_physical(share):
     got = Spectrum(*(x.ravel() for x in munsell_eigen(rgb[None])))
     assert got.values.min() >= 0
     assert got.values.max() <= 1
-    # The colour is weighted 10⁴ times the shape: what is left is some 1e-8 of the multipliers.
+    # The colour has 10⁴ times the weight of the shape, so its residual is about 1e-8 of the multipliers.
     fine, functional = bt709_under_d65()
     assert np.interp(fine, got.nm, got.values) @ functional == pytest.approx(rgb, abs=1e-6)
 

@@ -23,7 +23,7 @@ METER = {"name": "floor", "position": [2.5, 2.0, 0.0]}
 
 
 def never():
-    raise AssertionError("what is kept is computed again")
+    raise AssertionError("the arrays are computed again although they are kept")
 
 
 def made(value: float = 1.0):
@@ -155,7 +155,7 @@ def test_the_commands_list_and_clear_the_cache(here, room_file, tmp_path, monkey
     assert first["readings"] == again["readings"] == without["readings"]
     assert again["rays"] < first["rays"] == without["rays"]
     said = here("cache", "info", cwd=tmp_path).stdout
-    assert "3 files" in said  # of the one mesh from whose solution light is followed
+    assert "3 files" in said  # of the one mesh on which the paths end
     for path in (tmp_path / "kept" / "renderer").glob("*.kept"):  # not every one is read again
         path.write_bytes(b"damaged")
     damaged = here(*ask, cwd=tmp_path)

@@ -31,7 +31,7 @@ def test_bars_hold_and_are_sharp_over_random_rooms(tmp_path):
             rows += compare_with_finer(random_scene(seed, tmp_path), 0.05)
     error, bar = np.abs(np.array(rows)).T
     assert len(rows) > 80
-    # 95 % of some 100 readings, less twice the standard deviation of such a count.
+    # 95 % of about 100 readings, less twice the standard deviation of such a count.
     assert np.mean(error <= bar) > 0.95 - 2 * np.sqrt(0.95 * 0.05 / len(rows))
     # Reading by reading: bars of empty rooms are a tenth of the others', and medians over both kinds would be
     # those of neither.

@@ -63,7 +63,7 @@ def test_the_light_of_a_flat_lamp_past_a_crate_is_that_of_points_all_over_it():
         mean = sum(wi * wj / 4 * OneBounce(Lamp(1000, center + np.array([xi, xj, 0]) / 2 * size, -UP),
                                            ((FLOOR, 0.7),), (crate, plate)).illuminance(position, normal)
                    for xi, wi in zip(x, w, strict=True) for xj, wj in zip(x, w, strict=True))
-        # Gauss' rule on light with kinks: some 1/4² of what the crate takes, itself a fifth.
+        # Gauss' rule on light with kinks: an error of about 1/4² of the crate's shadow, itself a fifth.
         assert flat.illuminance(position, normal) == pytest.approx(mean, rel=3e-3)
 
 

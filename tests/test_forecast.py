@@ -110,7 +110,7 @@ def test_the_next_plan_is_for_the_figure_known_least_well():
 def test_seconds_are_what_a_run_then_takes_on_the_machine_as_it_is(room, accuracy, monkeypatch):
     # Three times, not two: other work may come and go between the two measurements.
     scene = room(0.5, objects=[CRATE], photometers=[METER], grids=[PLANE])
-    monkeypatch.setattr(forecasting, "_around", lambda scene: 0.0)  # what the command takes besides
+    monkeypatch.setattr(forecasting, "_around", lambda scene: 0.0)  # the command's time beside the solve
     said = forecast(scene, "31", accuracy).seconds
     started = time.perf_counter()
     run(scene, "31", accuracy)

@@ -29,8 +29,8 @@ def test_the_closed_forms_here_agree_with_the_published_values():
         FORM_FACTORS["point to parallel rectangle above its corner, a=b=c (Howell B-3)"], abs=1e-14)
 
 
-# Edges of rectangles along the same axes are parallel, so that all is in closed form: what is left is
-# rounding, 1e-16 of the logarithms of which the factor is a small rest.
+# Edges of rectangles along the same axes are parallel, so the factor is a closed form. Its error is
+# rounding: 1e-16 of logarithms that nearly cancel.
 @pytest.mark.parametrize(("case", "a", "b"), [
     ("parallel equal squares, side = distance (Howell C-11)", SQUARE, FACING),
     ("perpendicular unit squares sharing an edge (C-14)", SQUARE, TOUCHING),
@@ -130,8 +130,8 @@ def box(room) -> Mesh:
 def test_an_empty_room_is_closed_from_every_patch(box):
     factors = point_factors(box.centroid, box.normal, box)
     assert (factors >= 0).all()
-    # What neighbours share cancels; some 30 angles around the point are left, each rounded to some 2e-7 of
-    # its own in single precision, and they make 2π.
+    # Errors of shared edges cancel. About 30 angles around the point remain, with a sum of 2π; each is
+    # rounded to about 2e-7 of itself in single precision.
     np.testing.assert_allclose(factors.sum(axis=1, dtype=float), 1, atol=4e-7)
 
 
@@ -208,5 +208,5 @@ def test_factors_to_all_patches_are_those_to_each_alone(room, solid):
         edge = 1e-6
         on = (height < HORIZON * mesh.scale) & (s > -edge) & (t > -edge) & np.where(
             mesh.triangular, s + t < 1 + edge, (s < 1 + edge) & (t < 1 + edge))
-        # Four angles in single precision, each to some 2^-23 of a quarter turn at most, over 2π.
+        # Four angles in single precision, each to about 2^-23 of a quarter turn at most, over 2π.
         assert np.abs(found - alone)[~on].max() < 4 * 2**-23

@@ -22,9 +22,9 @@ def covered(scene, camera):
 
 
 @pytest.mark.parametrize(("lamp", "tolerance"), [
-    # Upright edges are right to a ray of 987 at each end of a lamp of 10 × 7 pixels: 4 × 4 rays to 1/4.
+    # Upright edges have an error of one ray of 987 at each end of a lamp of 10 × 7 pixels; of 16 rays, 1/4.
     ({"size": [10.2 * PIXEL, 7.15 * PIXEL], "up": [1, 0, 0]}, 2 / 987 / 10 + 2 / 987 / 7),
-    # Slanted ones to some 3 rays in each of the 36 pixels that they pass.
+    # Slanted edges have an error of about 3 rays in each of the 36 pixels that they cross.
     ({"size": [10.2 * PIXEL, 7.15 * PIXEL], "up": [1, 0.4, 0]}, 36 * 3 / 987 / 73),
     # Lamps within a pixel, a tenth and a hundredth of it long: 3 rays at each edge of their box, half of
     # which a turned one fills.
@@ -54,16 +54,17 @@ def test_every_pixel_shows_its_part_of_a_lamp(room):
     y, x = np.indices(found.shape)
     area = shapely.area(shapely.intersection(lamp, shapely.box(x, y, x + 1, y + 1)))
     assert ((area > 0) & (area < 1)).sum() > 40
-    # Two edges in a pixel, each right to some 3 rays; 4 × 4 rays are off by up to 0.1.
+    # Two edges in a pixel, each with an error of about 3 rays; 4 × 4 rays would have an error of up to 0.1.
     np.testing.assert_allclose(found, area, atol=2 * 3 / 987)
 
 
-def test_a_lamp_behind_a_sheet_shows_what_is_left(room):
+def test_a_lamp_behind_a_sheet_shows_its_visible_part(room):
     # Its edge is 0.1 m beside the eye, its upper side 1.51 m above: 0.1 · 2.5 / 1.51 m of the lamp remain.
     sheet = {"shape": "box", "position": [0.5, 0.5, 2.0], "size": [1.4, 3.0, 0.01]}
     found = covered(room(0.0, objects=[sheet]), UPWARD)
     area = (0.5 + 0.1 * 2.5 / 1.51) / PIXEL**2
-    # Two upright edges over the lamp's length and two level ones over what is left, each right to two rays.
+    # Two upright edges along the lamp's length and two level ones along its visible part, each with an error
+    # of two rays.
     assert found.sum() == pytest.approx(area, abs=2 * (1 + 0.67) / PIXEL * 2 / 987)
 
 
@@ -80,7 +81,7 @@ def test_a_lamp_over_the_camera_reaches_behind_it(room):
     camera = UPWARD.model_copy(update={"position": (2.0, 0.5, 1.5), "look_at": (2.0, 4.0, 1.5), "fov": 100,
                                        "resolution": (47, 47)})
     lamp = {**PANEL, "center": [2.0, 1.0, 3.0], "size": [4.0, 2.0], "up": [1, 0, 0]}
-    # All of the ceiling as far as 1.5 m before the camera and 1.5 m above it: what is seen above 45°.
+    # The lamp covers the ceiling, 1.5 m above the camera, up to 1.5 m in front of it: the view above 45°.
     rows = (1 - 1 / np.tan(np.radians(50))) * 47 / 2
     assert covered(room(0.0, luminaires=[lamp]), camera).sum() == pytest.approx(rows * 47, abs=47 / 987)
 

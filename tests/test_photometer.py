@@ -30,7 +30,7 @@ def test_points_in_corners_on_edges_and_a_hair_off_a_wall_read_as_their_neighbou
     solution = renderer.solve(room(0.5), bands="rgb", accuracy=0.01)
     there = solution.photometer(spot, UP)
     near = solution.photometer(np.clip(spot, 2e-3, 4 - 2e-3) * [1, 1, 0], UP)
-    # 2 mm away light differs by some 2 mm/m of itself, in a corner by its own error bar.
+    # 2 mm away light differs by about 2 mm/m, that is 0.2 %; in a corner by the reading's error bar.
     assert there.total_lx == pytest.approx(near.total_lx, rel=5e-3, abs=2 * there.uncertainty)
     assert there.direct_lx > 0
     assert np.isfinite(there.uncertainty)
@@ -122,7 +122,7 @@ def test_a_lamp_beside_a_wall_is_read_in_bounded_work(room, lamp):
     transport = renderer.solve(room(0.5, luminaires=[{**PANEL, **lamp}]), accuracy=0.05).transport
     spot = place(transport, np.array([1.9, 2.0, 0.0]), np.array([0.0, 0, 1]), "here")
     patch, _, factor, _ = _elements(transport, spot)
-    # Along an edge of L = 4 m at a hundredth of the face's size some 4 / 0.006 elements a side.
+    # Elements of a hundredth of the face along an edge of 4 m: about 4 / 0.006 on each side.
     assert len(patch) < 100_000
     assert 0.5 < factor.sum() <= 1 + 1e-9
 

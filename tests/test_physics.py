@@ -248,5 +248,5 @@ def test_a_large_mesh_in_single_precision_conserves_energy(room):
     solution = renderer.solve(room(0.999, objects=[BOX], solver={"patch_size": 0.065}), bands="rgb")
     assert solution.transport.exchange.single
     # The residual, in double precision, is below 5e-7 of the right side; steps in single precision alone
-    # would leave some 6e-8/(1 − ρ) = 6e-5.
+    # would leave about 6e-8/(1 − ρ) = 6e-5.
     assert solution.energy_balance_error < 1e-6

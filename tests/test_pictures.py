@@ -45,8 +45,8 @@ def test_indirect_light_is_smooth_within_a_surface(room):
     picture = np.where(view.shows_surface, indirect, np.nan)
     same = (view.surface[:, 1:-1] == view.surface[:, :-2]) & (view.surface[:, 1:-1] == view.surface[:, 2:])
     bend = np.abs(picture[:, 2:] - 2 * picture[:, 1:-1] + picture[:, :-2]) / picture[:, 1:-1]
-    # Constant patches would step by some 5 % between two pixels, however small those are; linear
-    # interpolation only bends, in proportion to a pixel's size, here some 2 cm of a 4 m wall.
+    # Constant patches would step by about 5 % between two pixels, however small those are; linear
+    # interpolation only bends, in proportion to a pixel's size, here about 2 cm of a 4 m wall.
     inner = same & np.isfinite(bend)
     assert inner.sum() > 100_000
     assert np.quantile(bend[inner], 0.999) < 0.02

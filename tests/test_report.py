@@ -122,7 +122,7 @@ def test_bars_of_spots_hold_and_are_not_idle(room):
     truth = [finer.read_lx(make_meter(finer.transport, p, n, "test"))[1:].sum()
              for p, n in zip(mesh.at(patch, s, t), mesh.normal[patch], strict=True)]
     error = np.abs(here - truth)
-    # A 95 % bar: of 58 spots or so all but a few; and no more than some ten times the error it stands for.
+    # A 95 % bar is larger than the error at nearly all of about 58 places, and at most about ten times it.
     assert (error <= mesh_bar[patch]).mean() >= 0.9
     assert np.median(mesh_bar[patch] / error) < 12
     assert not sampling.any()  # an empty convex room casts no ray

@@ -53,7 +53,7 @@ def test_a_grey_room_reads_alike_in_every_model():
 
 
 def test_readings_are_those_of_the_photometer():
-    # The study adds patches' means by 4,096 rays a meter: some 1 % of the indirect light.
+    # The study adds patches' means by 4,096 rays a meter: about 1 % of the indirect light.
     table, _, _ = drawn_room(4)
     table["materials"]["paint"] = {"munsell": "5R 4/14"}
     table["luminaires"][0]["spectrum"] = "LED-B3"

@@ -39,7 +39,7 @@ def test_the_mean_of_a_room_of_any_outline_is_what_energy_dictates(outlined, out
     floor = abs((corners[:, 0] * ahead[:, 1] - corners[:, 1] * ahead[:, 0]).sum()) / 2
     area = 2 * floor + 2.7 * np.linalg.norm(ahead - corners, axis=1).sum()
     assert solution.scene.room.area == pytest.approx(area, rel=1e-12)
-    # Rays start off their surface, so an acute corner of the star loses some 1e-5 of the area.
+    # Rays start off their surface, so an acute corner of the star loses about 1e-5 of the area.
     assert mean_lx(solution) == pytest.approx(1000 / (area * 0.5), rel=2e-5)
     assert solution.energy_balance_error < 1e-6
 
@@ -92,9 +92,9 @@ SPOTS = [([2, 2, 0.0], [0, 0, 1]), ([3.7, 0.3, 0.0], [0, 0, 1]), ([0, 1, 1.5], [
 def test_a_meshed_box_is_the_box_however_it_was_tessellated(write, meshed, suffix):
     box = read(write("size = [4, 4, 3]", panel([2, 2, 3])), SPOTS)
     mesh = BOX.subdivide().subdivide()
-    mesh.invert()  # outward or inward, all the same
+    mesh.invert()  # whether normals point outward or inward
     same = read(meshed(mesh, panel([2, 2, 3]), suffix=suffix), SPOTS)
-    # Vertices in another order are rounded otherwise: factors are known to some 1e-7.
+    # With vertices in another order sums round differently: factors are computed to about 1e-7.
     np.testing.assert_allclose(same[:, :2], box[:, :2], rtol=1e-7)
 
 

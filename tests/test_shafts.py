@@ -68,7 +68,8 @@ def test_nothing_stands_between_patches_in_plain_sight(tmp_path, seed):
     for here, there in square.transpose(0, 2, 1, 3):
         a = mesh.spread(i, here[:, None])[:, 0]
         b = mesh.spread(j, there[:, None])[:, 0]
-        # Past each other's horizon no light goes; rays along a surface are not told apart from it.
+        # Only points above each other's horizon exchange light. Rays along a surface cannot be told from rays
+        # that meet it.
         ahead = np.minimum(((b - a) * mesh.normal[i]).sum(axis=1), ((a - b) * mesh.normal[j]).sum(axis=1))
         seen = ahead > 1e-4 * mesh.scale
         free = ray_scene.clear(ray_scene.off(a[seen], mesh.normal[i[seen]]), b[seen])
@@ -126,8 +127,8 @@ def test_the_operator_is_closed_reciprocal_positive_and_what_rays_say(room, obje
     assert len(exchange.unobstructed) > 1000
     member = np.eye(mesh.surface.max() + 1)[mesh.surface]
     ours, theirs = (member.T @ dense(e) @ member for e in (exchange, counted))
-    # Between surfaces: 8192 rays from each of some 100 patches and more leave 1e-3 of it, middles of patches
-    # of 0.4 m at 1 to 4 m some (0.4/2)²/12 = 3e-3.
+    # Between surfaces, 8192 rays from each of 100 patches or more have an error of 1e-3; middles of patches
+    # of 0.4 m at 1 to 4 m have one of about (0.4/2)²/12 = 3e-3.
     areas = np.bincount(mesh.surface, exchange.areas)
     np.testing.assert_allclose(ours / areas[:, None], theirs / areas[:, None], atol=5e-3)
 
@@ -203,8 +204,8 @@ def test_half_samples_depart_by_the_error_of_the_whole(room):
         for exchange, sight in zip(exchanges[::4], sights[::4], strict=True)]
     said = np.var(halves, axis=1, ddof=1).mean(axis=0)
     kept = truth > 1e-3 * truth.max()
-    # Both are variances of normal numbers: their ratio, in the mean over some 30 pairs of surfaces that
-    # depend on each other, as of 5 alone.
+    # Both are variances of normal numbers. Their mean ratio over about 30 pairs of surfaces, which depend on
+    # each other, is assumed to scatter like that of 5 independent ones.
     low, high = (chi2.ppf(p, 5 * (draws - 1)) / (5 * (draws - 1)) for p in (1e-4, 1 - 1e-4))
     assert low < np.exp(np.log(said[kept] / truth[kept]).mean()) < high
 

@@ -69,7 +69,7 @@ def test_grouping_leaves_the_operator_as_it_is(room):
     exchange = count(transport.mesh, transport.hits, dense=False)
     given = exchange.matrix.given.copy()
     given.data[::3] *= 1e-13  # as between slivers, below what counts as light between chambers
-    # Its rows: what they then miss is on the diagonal.
+    # Closed again: the rest of each row is on the diagonal.
     small = SplitSymmetric(given, given.T.tocsr(), np.zeros(len(exchange.areas)))
     small = small.closed(exchange.areas, np.ones(len(exchange.areas)))
     exchange, before = replace(exchange, matrix=small), small.toarray()

@@ -139,7 +139,7 @@ def test_the_error_falls_faster_than_the_patch_size(room):
     steps = np.abs(np.diff(readings, axis=0))
     order = np.log2(steps[0] / steps[1])
     # Differences between successive halvings fall as 2^order. The error bar is the last difference,
-    # which covers what is left as long as the order is 1 or more: so even in the corner at 0.9.
+    # which is at least the sum of all later ones if the order is 1 or more, also in the corner at 0.9.
     assert (order > 1).all(), order
     # Graded toward edges, the corner converges at nearly second order although light has an infinite
     # slope there; in the open, 5e-5 is left at 0.25 m, where the meter's own elements tell.

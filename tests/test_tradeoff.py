@@ -50,8 +50,8 @@ def test_a_room_is_measured_and_written(small, room, tmp_path):
     found = measure(room({"rgb": [0.9407, 0, 0]}, photometers=[FLOOR]), 0, lambda step: None)
     assert len(found.settings) == 3 * len(BAND_SETS)
     best = {name: min(s.error for s in found.settings if s.bands == name) for name in BAND_SETS}
-    # The deck's pure red at 20 %: RGB reads 1.667 of the grey room, 31 bands 1.264 (README), some 30 % apart,
-    # however fine the mesh; what 31 bands leave is the mesh's error.
+    # The deck's pure red at 20 %: RGB reads 1.667 of the grey room, 31 bands 1.264 (README): an error of
+    # about 30 % on any mesh. The error of 31 bands is the mesh's.
     assert best["rgb"] > 0.1
     assert best["31"] < 0.01
     assert all(s.seconds > 0 for s in found.settings)

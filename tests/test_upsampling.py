@@ -86,8 +86,8 @@ def test_what_plain_and_clipped_eigenvectors_do_wrong():
     np.testing.assert_allclose(munsell_eigen(CUBE)[1][inside], plain[inside], atol=1e-9)
 
 
-# The package integrates at 1 nm with an exact white, colour-science at 5 or 10 nm: its own round trips miss
-# by up to 7e-4 in RGB, which moves a curve by some ten times as much where the eye sees little.
+# The package integrates at 1 nm with an exact white, colour-science at 5 or 10 nm: its own round trips
+# have errors of up to 7e-4 in RGB, and of about ten times as much in a curve where the eye is insensitive.
 @pytest.mark.filterwarnings("ignore")  # that it trims its tables
 @pytest.mark.parametrize("rgb", [(0.5, 0.4, 0.3), (0.1, 0.2, 0.4), (0.3, 0.5, 0.2)])
 def test_the_published_programs_give_the_same_spectra(rgb):

@@ -15,7 +15,7 @@ cache = App(name="cache", help="Show or remove the form factors kept on disk bet
 
 def plan(scene: str, *, json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
          solving: Solving | None = None, output: Output | None = None) -> None:
-    """Forecast of time, memory and error bars of a scene's readings, and a list of what the run leaves out.
+    """Forecast of time, memory and error bars of a scene's readings, and the work that the run leaves out.
 
     Parameters
     ----------

@@ -94,7 +94,7 @@ def warn(solution, figures: list, asked: float) -> None:
     if exchange.reciprocity_error > 0.5:
         first, second = (solution.scene.surface_names[k] for k in exchange.worst_pair)
         say(f"warning: {solution.scene.title}: before balancing, the form factors between {first!r} "
-            f"and {second!r} differ by {exchange.reciprocity_error:.0%} of what the smaller patch sends: the "
+            f"and {second!r} differ by {exchange.reciprocity_error:.0%} of the smaller patch's light: the "
             "patches are too long for their distance. Give a smaller solver.patch_size.")
     if solution.energy_balance_error > 1e-6:
         surface = solution.scene.surface_names[mesh.surface[solution.worst_patch]]

@@ -59,5 +59,5 @@ def _photometer(canvas: Canvas, x: float, y: float, first: Column, second: Colum
     if one.total_lx > 0:
         canvas.text(x, y + 180, f"× {other.total_lx / one.total_lx:.2f}", 80, weight="bold")
         canvas.text(
-            x, y + 290, "in RGB; comparison.png shows\nwhat 31 bands say", MIN_TYPE_SIZE, color="#50565c"
+            x, y + 290, "in RGB; comparison.png has\nthe readings in 31 bands", MIN_TYPE_SIZE, color="#50565c"
         )

@@ -21,7 +21,8 @@ def escapes(solution: Solution, figures: list) -> list[str]:
         if hole["escaping_lm"] < 1e-6 * lumens or (
                 readings and all(3.0 * lower < f.uncertainty for f in readings)):
             continue
-        effect = f"with a surface of the mean reflectance there, readings would be some {lower:.2g} lx higher"
+        effect = (f"with a surface of the mean reflectance there, readings would be about {lower:.2g} lx "
+                  "higher")
         if any(body.of_room for body in scene.bodies):
             found.append(f"{hole['escaping_lm']:.4g} lm leave between the faces of the room's mesh; "
                          f"{effect}. Close gaps that are not windows.")

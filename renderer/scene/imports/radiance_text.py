@@ -114,7 +114,7 @@ class RadianceScene:
                 return
             turns = [one @ copy for one in turns for copy in copies]
             if len(turns) > MAX_COPIES:
-                raise NotImported(f"asks for more than {MAX_COPIES} copies with xform")
+                raise NotImported(f"has more than {MAX_COPIES} copies with xform")
         first = stages[0]
         name, given = (first[0], first[1:]) if first else ("", [])
         if name == "xform":
@@ -160,7 +160,7 @@ def _transforms(words: list[str]) -> tuple[list[np.ndarray], list[str]]:
         total = [copy @ one for copy in copies for one in total]
         here, array = np.eye(4), None
         if len(total) > MAX_COPIES:
-            raise NotImported(f"asks for more than {MAX_COPIES} copies with xform")
+            raise NotImported(f"has more than {MAX_COPIES} copies with xform")
 
     try:
         while at < len(words):
@@ -171,7 +171,7 @@ def _transforms(words: list[str]) -> tuple[list[np.ndarray], list[str]]:
                 if word == "-a":
                     array = count
                     if not 0 <= count <= MAX_COPIES:
-                        raise NotImported(f"asks for {count} copies with xform; at most {MAX_COPIES}")
+                        raise NotImported(f"has {count} copies with xform; at most {MAX_COPIES} are read")
                 elif count != 1:
                     array = None
                     raise ValueError

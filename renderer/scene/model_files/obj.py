@@ -33,8 +33,7 @@ def read_obj(data: bytes, beside: Beside) -> ModelFile:
     places = np.array(reader.places, dtype=float).reshape(-1, 2)
     pieces, most = [], max((max(c, default=0) for c, _, _ in reader.groups.values()), default=0)
     if most >= len(vertices) > 0:
-        raise Unreadable(f"has a face that asks for vertex {most + 1}, and it holds {len(vertices)}; "
-                         "export it again")
+        raise Unreadable(f"has a face with vertex {most + 1} of {len(vertices)}; export it again")
     for names, (corners, sizes, textured) in reader.groups.items():
         corners, sizes = np.array(corners, dtype=np.int64), np.array(sizes, dtype=np.int64)
         used, local = np.unique(corners, return_inverse=True)
@@ -100,7 +99,7 @@ def _index(word: str, count: int) -> int:
     negative."""
     index = int(word)
     if index == 0 or index < -count:
-        raise ValueError(f"{count} are given before it, and it asks for {index}")
+        raise ValueError(f"it names number {index} of {count} given before it")
     return index - 1 if index > 0 else count + index
 
 
