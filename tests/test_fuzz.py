@@ -147,6 +147,7 @@ def test_known_faulty_inputs_are_refused_or_read(tmp_path, name):
 
 
 @pytest.mark.slow
+@pytest.mark.fuzzing
 @pytest.mark.parametrize("name", READERS)
 def test_no_damage_gets_more_than_one_sentence(tmp_path_factory, held, name):
     folder, end = tmp_path_factory.mktemp("fuzz"), time.monotonic() + SECONDS

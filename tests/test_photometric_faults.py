@@ -140,6 +140,7 @@ def test_mutated_cases_are_read_or_refused(tmp_path_factory, case, changes):
 
 
 @pytest.mark.slow
+@pytest.mark.fuzzing
 @settings(max_examples=60_000, deadline=None)
 @given(case=st.sampled_from(FILES), changes=CHANGES)
 def test_five_minutes_of_mutated_cases_are_read_or_refused(tmp_path_factory, case, changes):

@@ -283,6 +283,7 @@ def test_mutated_files_are_read_or_refused(tmp_path_factory, form, changes):
 
 
 @pytest.mark.slow
+@pytest.mark.fuzzing
 @settings(max_examples=60_000, deadline=None)
 @given(form=st.sampled_from(sorted(FORMS)), changes=CHANGES, table=TABLES)
 def test_five_minutes_of_files_are_read_or_refused(tmp_path_factory, form, changes, table):
