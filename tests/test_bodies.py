@@ -191,7 +191,7 @@ def test_an_object_inside_another_is_doubted(scene):
     cabinet, vase = box((1, 1, 0), (1, 1, 1)), box((1.4, 1.4, 0.3), (0.2, 0.2, 0.2))
     cabinet, vase = {**cabinet, "name": "cabinet"}, {**vase, "name": "vase"}
     assert doubts(scene(cabinet, vase)) == [
-        "objects 'vase' is inside objects 'cabinet', and takes no part; move one of them"]
+        "objects 'vase' is inside objects 'cabinet' and has no effect; move one of them"]
     assert not doubts(scene(cabinet, {**vase, "position": [1.4, 1.4, 0.9]}))
 
 

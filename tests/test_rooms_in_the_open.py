@@ -222,7 +222,7 @@ def test_walls_in_one_piece_without_a_ceiling_are_open_to_the_sky(room):
 def test_where_there_are_too_many_edges_to_look_for_gaps_it_says_so(room, monkeypatch):
     monkeypatch.setattr("renderer.scene.gaps.MAX_SEGMENTS", 10)
     scene = room(sheets(*walls(0.001, 2.7), FLOOR, CEILING))
-    assert any("too many edges to look for gaps" in line for line in scene.files)
+    assert any("too many edges to search for gaps" in line for line in scene.files)
 
 
 def test_a_room_without_ceiling_and_end_is_not_cut_off_on_its_diagonal(tmp_path):

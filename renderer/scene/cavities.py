@@ -140,8 +140,8 @@ def air_of(faces: np.ndarray, reach: int) -> np.ndarray:
     from scipy import ndimage
 
     near = ndimage.distance_transform_edt(~faces) <= reach if reach else faces
-    # Air that leaves the grid is outer air, as beyond an edge cells are farther from all faces than at it; a
-    # further layer of free cells joins all of it, and is numbered first.
+    # Cells at the edges of the grid are outer air, which a layer of free cells around the grid connects. The
+    # layer comes first, so that its piece has the number 1.
     return ndimage.label(~np.pad(near, 1))[0][1:-1, 1:-1, 1:-1]
 
 

@@ -31,10 +31,10 @@ def doubts(scene: Scene) -> list[str]:
     for name, own in objects.items():
         inside = _inside(scene, own, objects)
         if inside:
-            found.append(f"objects {name!r} is inside {inside}, and takes no part; move one of them")
+            found.append(f"objects {name!r} is inside {inside} and has no effect; move one of them")
         elif reach[name] <= 0.01 and (through := _through(scene, own)) > 0.05:
             found.append(f"objects {name!r} passes through a wall of the room, with {through:.2g} m or more "
-                         "on either side; move it if that is not meant")
+                         "on either side; move it if that is not intended")
     return found
 
 
@@ -52,7 +52,7 @@ def _inside(scene: Scene, own: list[int], objects: dict[str, list[int]]) -> str:
 
 
 def _through(scene: Scene, own: list[int]) -> float:
-    """How far [m] edges of an object reach at least on either side of a face of the room that they cross;
+    """Least distance [m] that edges of an object reach on either side of a face of the room that they cross;
     own : numbers of its bodies"""
     import shapely
 

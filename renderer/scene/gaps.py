@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 from renderer.scene.model_files.edges import Edges
 
 MAX_SEGMENTS = 500_000
-"""Segments of edges at which gaps are looked for: some seconds."""
+"""Largest number of segments of edges at which gaps are searched for, which takes a few seconds."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Strips:
 
 
 def strips_over_gaps(vertices: np.ndarray, faces: np.ndarray, scale: float) -> Strips | None:
-    """The strips over gaps between faces (k, 3) and edges of others; None where these are more than
+    """The strips over gaps between faces (k, 3) and edges of others; None where the edges have more than
     MAX_SEGMENTS. scale : longest side of the room [m]"""
     widest = min(0.005, 1e-3 * scale)  # [m]; wider gaps are no inaccuracy of the drawing
     a, b, face = _edges(vertices, faces)

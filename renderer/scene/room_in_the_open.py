@@ -65,7 +65,7 @@ def room_in_the_open(path: Path, units: str | None, up: str | None, named: list[
     if around is None and min(_open_share(place, corners) for place in (*places, places.mean(axis=0))) > 0.5:
         raise refusal if inside is None else InputError(
             f"{where.removesuffix('.mesh')}.inside is {spelt(inside)}, and more than half of all directions "
-            f"from there meet none of {model.file}. Give a point in a room.")
+            f"from there meet no face of {model.file}. Give a point in a room.")
     faces = _turned_to(model.shapes.vertices, faces, solid, places.mean(axis=0))
     if around is not None and volumes(kept.vertices, faces, np.where(solid == around, 0, 1), 2)[0] > 0:
         faces[solid == around] = faces[solid == around, ::-1]
@@ -103,8 +103,8 @@ def _over_gaps(model: Model, faces: np.ndarray, names: np.ndarray, scale: float,
     """
     strips = strips_over_gaps(model.shapes.vertices, faces, scale)
     if strips is None:
-        return [], [f"{model.file} has too many edges to look for gaps between its faces; those that there "
-                    "are stay open"]
+        return [], [f"{model.file} has too many edges to search for gaps between its faces, which stay "
+                    "open"]
     if not len(strips.face):
         return [], []
     found, chosen = air
