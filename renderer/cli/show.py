@@ -151,7 +151,7 @@ def _client_reports(scenes: list, solving: Solving, out, quiet: bool) -> None:
         files += written
         if written[-1].suffix != ".pdf":
             say(f"no browser that can print {written[-1]} is installed. Open the file in a browser and "
-                f"print it.")
+                "print it.")
         asked = [check for check in room.checks if check.verdict != "met"]
         sentences += room.record.get("finding", [])
         sentences += [f"{scene.title}: {check.of}, {check.key}: {check.verdict}." for check in asked]

@@ -114,7 +114,7 @@ def gamut(scene: str | None = None, *, material: str | None = None, solving: Sol
         raise InputError("--bands has no place in gamut, which compares all band sets. Remove it.")
     if scene is None and material is not None:
         raise InputError(f"--material is {material!r} but no SCENE is given; give a scene with that "
-                         f"material.")
+                         "material.")
     note, limits, stem = "", None, ""
     out = output_folder(output.out)
     with progress_shown(output.quiet) as progress:

@@ -18,7 +18,7 @@ def read_cgats(lines: list[str]) -> SpectralTable:
     short = next((row for row in rows if len(row.cells) != len(fields)), None)
     if short is not None:
         raise ValueError(f"has {len(short.cells)} values in line {short.line} for {len(fields)} fields. "
-                         f"Correct it")
+                         "Correct it")
     point = decimal_sign(rows)
     norms = (re.match(r'\s*SPECTRAL_NORM\s+"?(\d+\.?\d*)"?', line) for line in lines)
     norm = next((float(match[1]) for match in norms if match), 1.0)

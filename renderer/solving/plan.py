@@ -141,8 +141,7 @@ def taking_no_part(scene: Scene) -> list[str]:
     of_bodies = zip(scene.bodies, scene.exposed[len(scene.room.surfaces):], strict=True)
     sunk = [body.name for body, own in of_bodies if own.cut and not body.of_room]
     return [f"parts of {', '.join(dict.fromkeys(sunk))} inside another object, outside the room or in the "
-            f"place of "
-            "another surface have no effect"] if sunk else []
+            "place of another surface have no effect"] if sunk else []
 
 
 def _rays(patches: float, accuracy: float) -> int:

@@ -26,7 +26,7 @@ class Watch:
         """
         if seconds >= 1:
             self.say(f"error bars {_percent(widest * asked)}, {_percent(asked)} requested; {seconds:.0f} s "
-                     f"left")
+                     "left")
 
     def stop(self, known: bool) -> None:
         """Handle a KeyboardInterrupt: raise it again where there are no readings yet, or they are not to be

@@ -174,7 +174,7 @@ class _Reader:
             [np.array([face.rings[0] for face in faces]) for _, faces in walls],
             np.array([face.rings[0] for _, faces in slabs for face in faces]).reshape(-1, 3, 3)))
         if self.found.spaces:
-            self.found.notes.append("The file has no spaces: rooms are what its walls enclose in plan")
+            self.found.notes.append("The file has no spaces: rooms are the areas between its walls")
             return
         self.found.faces.extend((item.Name or item.is_a(), face) for item, faces in [*walls, *slabs]
                                 for face in faces)

@@ -53,9 +53,7 @@ def read_polygons(path: Path, where: str, scale: float = 1.0, units: str | None 
     called = {"gltf": "glTF", "dae": "COLLADA"}.get(kind, kind.upper())
     known = "OBJ, PLY, STL, GLB, glTF, COLLADA (.dae) or 3MF"
     if kind not in MODEL_FORMATS:
-        raise InputError(f"{where}: {path.name} is "
-                         f"{_unread_format(kind)}; export it as "
-                         f"{known}.")
+        raise InputError(f"{where}: {path.name} is {_unread_format(kind)}; export it as {known}.")
     data = read_input(path, "model", where, "Paths are relative to the scene file; correct this one.")
     try:
         with np.errstate(all="ignore"):

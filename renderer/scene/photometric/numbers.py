@@ -52,8 +52,7 @@ class Numbers:
             return
         if re.match(r"[+-]?\.?\d", rest[0]):
             raise ValueError(f"has {len(rest)} numbers more than its counts state, so they cannot be "
-                             f"assigned. "
-                             "Correct the counts")
+                             "assigned. Correct the counts")
         faults.append(f"it goes on after its last number with {rest[0][:20]!r}, which is not read")
 
 
@@ -145,5 +144,5 @@ def opening_in_metres(size: list[float], unit: str, faults: list[str]) -> list[f
         return [x / 1000 for x in size]
     if longest > 5.0:
         faults.append(f"its luminous opening is {longest:g} m long; is it in {unit}? It is used as it "
-                      f"stands")
+                      "stands")
     return size
