@@ -114,7 +114,7 @@ def test_furniture_right_through_a_thin_wall_is_doubted(room):
     scene = room(trimesh.util.concatenate(thick))
     desk = {"name": "desk", "shape": "box", "size": [1, 1, 0.7], "material": "g"}
     through = ("objects 'desk' passes through a wall of the room, with 0.4 m or more on either side; move it "
-               "if that is not meant")
+               "if that is not intended")
     for x, said in ((2.0, []), (2.4, [through])):
         assert doubts(scene.with_values({"objects": [{**desk, "position": [x, 0.5, 0]}]})) == said
 
