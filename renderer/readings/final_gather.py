@@ -6,7 +6,7 @@ further reflection, and a coarse mesh is enough (final gathering: M. C. Reichert
 next-event estimation: J. T. Kajiya, SIGGRAPH 1986).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -65,6 +65,12 @@ class Gather:
             for first in np.unique(met[:, 0]):
                 seen[:, :, first] += light[:, :, met[:, 0] == first].sum(axis=2)
         return seen
+
+    def by_group(self, of: np.ndarray) -> "Gather":
+        """The same for radiosities of groups (n_groups, n_bands) in place of patches. of : (n_patches,)"""
+        ends = self.beyond
+        return replace(self, beyond=sparse.csr_array((ends.data, of[ends.indices], ends.indptr),
+                                                     shape=(ends.shape[0], int(of.max()) + 1)))
 
     @cached_property
     def mean(self) -> "Gather":

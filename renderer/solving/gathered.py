@@ -31,13 +31,12 @@ SAMPLING_SHARE = 0.8
 
 @dataclass(frozen=True)
 class GatherFields:
-    """Radiosity at the ends of paths, (n_patches, n_bands) each, in the bands read and, for their errors, in
-    others.
+    """Radiosity at the ends of paths, in the bands read and, for their errors, in others.
 
-    rgb : in RGB; replicas : in RGB, with each replica of the rays, or with all rays where there are no
-    replicas
-    coarser : in RGB, on groups of patches
-    these, narrow : on groups of patches, in the bands read and in bands of 2 nm
+    rgb : in RGB; replicas : in RGB (n_patches, 3) each, with each replica of the rays, or with all rays where
+      there are no replicas
+    coarser : in RGB (n_groups, 3), on groups of patches
+    these, narrow : likewise (n_groups, n_bands), in the bands read and in bands of 2 nm
     """
 
     transport: Transport
@@ -64,13 +63,13 @@ def gather_fields(light: RadiosityField) -> GatherFields:
 
 
 def _on_groups(light: RadiosityField, groups: Groups, bands: BandSet) -> np.ndarray:
-    """Radiosity of each patch (n_patches, n_bands), solved on groups of patches."""
+    """Radiosity of groups of patches (n_groups, n_bands), solved on them."""
     scene, transport = light.scene, light.transport
     reflectance, flux = scene.reflectance(bands), scene.flux(bands)
     first, index, scale = distinct_bands(reflectance, flux)
     direct = groups.mean(transport.exchange.areas, transport.direct @ flux[:, first])
     sent, _ = radiosity(groups.exchange, reflectance[groups.surface][:, first], direct, BAR_TOLERANCE)
-    return (sent[:, index] * scale)[groups.of]
+    return sent[:, index] * scale
 
 
 @dataclass(frozen=True)
@@ -264,14 +263,15 @@ class _Tally:
         light, fields, rgb = self.light, self.fields, self.fields.rgb
         own = seen.mean.read(light.reflectance, light.flux, [light.radiosity])[0]
         luminous = rgb.bands.luminous
-        meshes = [seen.mean.read(rgb.reflectance, rgb.flux, [each])[0] @ luminous
-                  for each in (rgb.radiosity, fields.coarser)]
+        coarse = seen.mean.by_group(fields.groups.of)
+        meshes = [each.read(rgb.reflectance, rgb.flux, [sent])[0] @ luminous
+                  for each, sent in ((seen.mean, rgb.radiosity), (coarse, fields.coarser))]
         replicas = seen.read(rgb.reflectance, rgb.flux, fields.replicas) @ luminous
         alike = seen.read(rgb.reflectance, rgb.flux, [rgb.radiosity]).sum(axis=2) @ luminous
         bands = []
         for kind, sent in ((light.bands, fields.these), (narrow_bands(), fields.narrow)):
             scene = light.scene
-            bands.append(seen.mean.read(scene.reflectance(kind), scene.flux(kind), [sent])[0].sum(axis=1)
+            bands.append(coarse.read(scene.reflectance(kind), scene.flux(kind), [sent])[0].sum(axis=1)
                          @ kind.luminous)
         new = own.sum(axis=1), own @ light.bands.luminous, *(
             np.moveaxis(each, 1, 0) for each in map(np.array, (meshes, replicas, bands, alike)))

@@ -134,15 +134,20 @@ class RadiosityField:
         replicas, stretch = transport.replicas, transport.stretch
         if replicas == 1:
             return []
+        gathering = transport.mesh.gathering  # facets of a group receive, and so depart, alike
+        one, of = (slice(None),) * 2 if gathering is None else (gathering.first, gathering.group)
         brought = transport.departures(self.radiosity)
-        more = brought + (transport.direct_replicas - transport.direct) @ self.flux / stretch
-        rho = self.reflectance[transport.mesh.surface]
-        light = radiosity(transport.exchange, np.tile(rho, replicas), np.hstack(more), REPLICA_TOLERANCE)
+        more = brought + (transport.direct_replicas - transport.direct)[:, one] @ self.flux / stretch
+        rho = self.reflectance[transport.mesh.surface[one]]
+        light = radiosity(transport.exchange_of_unknowns, np.tile(rho, replicas), np.hstack(more),
+                          REPLICA_TOLERANCE)
         sent, received = (
             stretch * each.reshape(len(rho), replicas, bands).transpose(1, 0, 2) for each in light)
         received += stretch * brought
-        return [replace(self, radiosity=self.radiosity + sent[k], received=self.received + received[k],
-                        replica=k) for k in range(replicas)]
+        live = transport.exchange.areas[:, None] > 0
+        return [replace(self, radiosity=self.radiosity + live * sent[k][of],
+                        received=self.received + live * received[k][of], replica=k)
+                for k in range(replicas)]
 
 
 def solve_field(

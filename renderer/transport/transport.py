@@ -127,14 +127,14 @@ class Transport:
         return between_patches(self.exchange_of_unknowns, self.mesh.gathering)
 
     def departures(self, radiosity: np.ndarray) -> np.ndarray:
-        """Irradiance with each replica of the operator minus irradiance with the whole operator (replicas,
-        n_patches, n_bands) [W m⁻²]. Departures of independent replicas would be `stretch` times larger.
-        radiosity : (n_patches, n_bands)"""
+        """Irradiance of unknowns with each replica of the operator minus irradiance with the whole operator
+        (replicas, n_unknowns, n_bands) [W m⁻²]. Departures of independent replicas would be `stretch` times
+        larger. radiosity : (n_patches, n_bands)"""
         more = partial(self.method.change, self.mesh, self.exchange_of_unknowns, lambda: self.hits)
         if self.mesh.gathering is None:
             return departures(self.exchange, more, radiosity)
         means = self.mesh.gathering.weights(self.exchange_of_unknowns.areas) @ radiosity
-        return departures(self.exchange_of_unknowns, more, means)[:, self.mesh.group]
+        return departures(self.exchange_of_unknowns, more, means)
 
     @property
     def stretch(self) -> float:

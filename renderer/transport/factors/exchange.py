@@ -124,6 +124,7 @@ class Exchange:
     lost : (n,) share of each patch's light that meets no front, where rays are cast
     unobstructed : (n_pairs,) unobstructed exchange areas of doubtful pairs [m²]; None for methods without
       pair rays
+    of_groups, group : the operator between groups and the group (n,) of each patch, where facets are gathered
     """
 
     areas: np.ndarray
@@ -136,6 +137,8 @@ class Exchange:
     kept: dict = field(default_factory=dict, repr=False)
     lost: np.ndarray | None = None
     unobstructed: np.ndarray | None = None
+    of_groups: "Exchange | None" = None
+    group: np.ndarray | None = None
 
     @property
     def single(self) -> bool:
@@ -171,7 +174,8 @@ def between_patches(of_groups: Exchange, gathering: Gathering) -> Exchange:
     weights = gathering.weights(of_groups.areas)
     return replace(of_groups, areas=weights.T @ of_groups.areas, matrix=Gathered(of_groups.matrix, weights),
                    worst_patch=int(gathering.first[of_groups.worst_patch]), kept={},
-                   lost=None if of_groups.lost is None else of_groups.lost[gathering.group])
+                   lost=None if of_groups.lost is None else of_groups.lost[gathering.group],
+                   of_groups=of_groups, group=gathering.group)
 
 
 def from_arrays(arrays: dict[str, np.ndarray]) -> Exchange:

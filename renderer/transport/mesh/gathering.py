@@ -80,11 +80,11 @@ class Gathering:
 class Gathered:
     """An operator between groups, applied to patches: a patch receives its group's mean.
 
-    matrix : S between groups (n_groups, n_groups) [m²]; weights : (n_groups, n_patches), from `Gathering`
+    matrix : S between groups (n_groups, n_groups) [m²]; means : (n_groups, n_patches), weights of `Gathering`
     """
 
-    def __init__(self, matrix, weights: sparse.csr_array):
-        self.matrix, self._down, self._up = matrix, weights, weights.T.tocsr()
+    def __init__(self, matrix, means: sparse.csr_array):
+        self.matrix, self.means, self._up = matrix, means, means.T.tocsr()
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -92,13 +92,15 @@ class Gathered:
         return self._up.shape[0], self._up.shape[0]
 
     def __matmul__(self, x: np.ndarray) -> np.ndarray:
-        return self._up @ (self.matrix @ (self._down @ x))
+        return self._up @ (self.matrix @ (self.means @ x))
 
     def astype(self, kind) -> "Gathered":
         """This operator in another precision."""
-        return Gathered(self.matrix.astype(kind), self._down.astype(kind))
+        return Gathered(self.matrix.astype(kind), self.means.astype(kind))
 
     def between(self, member: sparse.csr_array) -> np.ndarray:
         """The operator between sets of patches, dense. member : (n_sets, n_patches) of ones"""
         of_sets = member @ self._up
+        if isinstance(self.matrix, np.ndarray):
+            return of_sets @ (of_sets @ self.matrix).T  # the matrix is symmetric
         return of_sets @ (self.matrix @ of_sets.T.toarray())

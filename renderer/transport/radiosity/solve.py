@@ -33,6 +33,8 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
     and Stability of Numerical Algorithms, 2nd ed., ch. 12). Raises SolveError where it does not converge, as
     when nothing absorbs.
     """
+    if exchange.of_groups is not None:
+        return _of_gathered(exchange, reflectance, direct, tolerance, common_direct_pattern)
     root = np.sqrt(exchange.areas)[:, None]
     inverse = 1 / np.where(root > 0, root, np.inf)
     r = np.sqrt(np.where(root > 0, reflectance, 0.0))
@@ -86,6 +88,19 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
                          "nothing in the room absorbs light. Lower the reflectance of a surface.")
     received *= inverse**2
     return sent, received
+
+
+def _of_gathered(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray, tolerance: float,
+                 pattern: np.ndarray | None) -> tuple:
+    """`radiosity` of gathered facets. What a group sends is that of its mean radiosity and all its facets
+    receive alike, so the equation between the groups is exact."""
+    means, live = exchange.matrix.means, exchange.areas[:, None] > 0
+    first = np.zeros(means.shape[0], dtype=int)
+    first[exchange.group] = np.arange(len(exchange.group))  # a group has one surface
+    _, received = radiosity(exchange.of_groups, reflectance[first], means @ direct, tolerance,
+                            None if pattern is None else means @ pattern)
+    received = np.where(live, received[exchange.group], 0.0)
+    return np.where(live, reflectance * (direct + received), 0.0), received
 
 
 def _one_paint(exchange: Exchange, inverse: np.ndarray, r: np.ndarray, right: np.ndarray,
