@@ -268,3 +268,12 @@ def test_a_lamp_from_arm_to_arm_is_outside_the_room(outlined):
 
 
 # -- fuzzing -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width", [1e-3, 1e-5, 1e-7, 1e-9])
+def test_a_splinter_much_thinner_than_a_patch_keeps_its_area(width):
+    splinter = shapely.Polygon([(0, 0), (0.08, 0.08), (0.08 + width, 0.08), (width, 0)])
+    points, triangles = triangulated(splinter, 1.0)
+    u, v = (points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2))
+    # Coordinates of 0.1 are rounded to 1e-17, and so widths of 1e-9 to 1e-8 of themselves.
+    assert np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum() / 2 == pytest.approx(0.08 * width, rel=1e-7)

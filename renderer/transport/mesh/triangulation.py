@@ -30,7 +30,7 @@ def triangulated(shape, size: float, max_halvings: int = 12) -> tuple[np.ndarray
     Algorithms 18, 1995).
     size : side of a patch [m]; max_halvings : after which the polygon is divided without inner points
     """
-    from scipy.spatial import Delaunay
+    from scipy.spatial import Delaunay, QhullError
 
     rings = [np.array(ring.coords)[:-1] for ring in (shape.exterior, *shape.interiors)]
     step = 1.6 * size  # gives triangles a patch's area on average
@@ -41,7 +41,10 @@ def triangulated(shape, size: float, max_halvings: int = 12) -> tuple[np.ndarray
         count = sum(map(len, border))
         points = np.vstack([*border, inner])
         # Rounded, so that a room far from the origin is divided like the same room near it.
-        triangles = Delaunay(np.round(points / step, 6)).simplices
+        try:
+            triangles = Delaunay(np.round(points / step, 6)).simplices
+        except QhullError:  # all points are on one line, to rounding
+            break
         starts = np.cumsum([0, *map(len, border)])
         edges = np.vstack([np.column_stack([np.arange(a, b), np.roll(np.arange(a, b), -1)])
                            for a, b in pairwise(starts)])
