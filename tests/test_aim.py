@@ -18,7 +18,7 @@ RAYS, PLACES = 256, 64
 
 @pytest.mark.parametrize("lamp", [RECTANGLE, DISC])
 @pytest.mark.parametrize("below", [0.003, 0.1, 1.0, 2.9])
-def test_points_stand_for_areas_that_add_up_to_the_faces_light(room, lamp, below):
+def test_points_represent_areas_whose_light_sums_to_the_faces(room, lamp, below):
     luminaire = room(luminaires=[lamp]).luminaires[0]
     random = np.random.default_rng(0)
     places = np.column_stack([2.0 + random.uniform(-0.3, 0.3, (PLACES, 2)), np.full(PLACES, 3.0 - below)])
@@ -60,7 +60,7 @@ def test_eight_rays_between_blades_under_a_large_face_are_right_in_the_mean(room
     assert share.mean() == pytest.approx(truth / whole, abs=3 * error + 0.01)
 
 
-def test_a_louvres_blades_take_what_rays_from_the_lamp_meet(room):
+def test_a_louvres_blades_absorb_the_share_of_rays_that_meet_them(room):
     """Nine blades 0.1 m under a face of 1.2 m, in a black room, against 200,000 rays from the lamp, traced
     here from box to box."""
     low = np.array([[1.4, 1.4 + 1.2 * (k + 0.5) / 9 - 0.005, 2.7] for k in range(9)])

@@ -100,7 +100,7 @@ def test_a_black_body_has_its_temperature():
     np.testing.assert_allclose(flux, tabled, rtol=2e-3)
 
 
-def test_the_red_is_what_it_is_said_to_be():
+def test_the_red_has_its_stated_reflectances():
     red = renderer.load("red_room").materials[0]
     reflectance = red.reflectance(SPECTRAL)
     assert reflectance[SPECTRAL.centres == 650][0] == pytest.approx(0.70, abs=0.005)

@@ -40,7 +40,7 @@ def test_cached_arrays_are_unchanged(tmp_path):
 
 
 @pytest.mark.parametrize("damage", ["cut", "flip", "empty", "text", "no arrays", "nothing", "one array"])
-def test_a_damaged_file_is_made_anew_with_a_warning(tmp_path, damage):
+def test_a_damaged_file_is_computed_again_with_a_warning(tmp_path, damage):
     kept = Cache(tmp_path)
     kept.arrays("one", made)
     (path,) = tmp_path.glob("*.kept")

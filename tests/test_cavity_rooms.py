@@ -86,7 +86,7 @@ def test_one_of_several_rooms_is_taken_by_its_name_or_by_a_point(tmp_path):
         import_file(source, tmp_path / "d.toml", inside=np.array([5.2, 1, 1]))
 
 
-def test_an_open_window_leaves_the_room_a_room_and_says_what_it_lets_out(tmp_path):
+def test_a_room_with_an_open_window_is_found_and_its_lost_light_is_stated(tmp_path):
     result = import_file(written(building(pane=False), tmp_path / "house.obj"), tmp_path / "a.toml")
     assert len(table(result)["objects"]) == 4
     scene = renderer.load(result.files[0])

@@ -138,7 +138,7 @@ def test_render_and_pseudocolour_write_whole_files(here, folder):
     (["compare", "room.toml", "none.toml"], ["none.toml"]),
     (["draw"], ["draw"]),
 ])
-def test_a_wrong_call_is_one_line_and_exit_code_2(here, folder, arguments, words):
+def test_a_wrong_call_prints_one_line_and_exits_with_2(here, folder, arguments, words):
     quiet = ["--quiet"] if len(arguments) > 1 else []
     done = here(*arguments, *quiet, cwd=folder)
     assert done.returncode == 2, done.stderr
@@ -171,7 +171,7 @@ def test_titles_and_names_are_shown_as_they_stand(here, folder):
     assert {"odd_31.vtp", "odd-2_31.vtp"} <= names
 
 
-def test_an_output_that_cannot_be_replaced_is_one_line(here, folder):
+def test_an_output_that_cannot_be_replaced_gives_one_line(here, folder):
     (folder / "here" / "room_31.png").mkdir(parents=True)
     done = here("render", "room.toml", "--out", "here", "--quiet", cwd=folder)
     assert done.returncode == 2

@@ -41,7 +41,7 @@ def test_a_requirement_is_met_by_more_than_the_bar(key, asked, value, bar, verdi
     assert Check("plane", key, asked, value, bar).verdict == verdict
 
 
-def test_the_pages_state_what_is_installed_and_reached(room_file, tmp_path):
+def test_the_pages_state_the_installation_and_its_readings(room_file, tmp_path):
     scene = room_file(0.5, grids=[PLANE], luminaires=[{**PANEL, "name": "panel", "watts": 40.0}],
                       photometers=[{"name": "desk", "position": [2.0, 2.0, 0.8]}])
     scene.path.write_text(scene.path.read_text() + MORE)

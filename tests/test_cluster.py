@@ -73,7 +73,7 @@ def _die():
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_a_task_that_kills_every_worker_is_said_in_one_sentence(cluster, monkeypatch):
+def test_a_task_that_kills_every_worker_gives_one_sentence(cluster, monkeypatch):
     monkeypatch.setattr(cluster.scheduler, "allowed_failures", 1)  # instead of 3, each a worker started anew
     with (
         connected_client(cluster.scheduler_address) as client,
@@ -96,7 +96,7 @@ def test_a_scheduler_without_workers_is_refused(monkeypatch):
         rows_on(empty.scheduler_address)
 
 
-def test_a_scheduler_that_goes_away_is_said_in_one_sentence():
+def test_a_scheduler_that_goes_away_gives_one_sentence():
     distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install '.[cluster]'")
     with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty, \
             distributed.Client(empty.scheduler_address) as client:
@@ -106,7 +106,7 @@ def test_a_scheduler_that_goes_away_is_said_in_one_sentence():
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere", ""])
-def test_a_wrong_address_is_one_sentence(here, monkeypatch, tmp_path, address):
+def test_a_wrong_address_gives_one_sentence(here, monkeypatch, tmp_path, address):
     monkeypatch.setattr(module, "ANSWER_TIMEOUT_S", 0.5)
     done = here("photometer", "furnished_room", "--scheduler", address, "--quiet", cwd=tmp_path)
     assert done.returncode == 2

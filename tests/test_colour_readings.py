@@ -34,7 +34,7 @@ def at_floor(scene, **options) -> dict:
 
 
 @pytest.mark.parametrize("lamp", LAMPS)
-def test_grey_walls_leave_a_lamps_light_as_it_was(room, lamp):
+def test_grey_walls_do_not_change_the_colour_of_light(room, lamp):
     scene = room(0.6, luminaires=[{**POINT, "spectrum": lamp}])
     record, own = at_floor(scene), lamps_record(scene)
     np.testing.assert_allclose(record["xy"], own["xy"], rtol=1e-9)
@@ -118,7 +118,7 @@ def test_light_from_a_painted_sphere_against_1_nm(lamp):
 
 
 @pytest.mark.parametrize("bands", ["rgb", "rgb-prefiltered"])
-def test_three_bands_say_what_they_cannot_know_and_why(room, bands):
+def test_three_bands_name_unknown_values_and_the_reason(room, bands):
     record = at_floor(room(0.5, luminaires=[POINT]), bands=bands)
     cannot = {"cri_ra", "cri_r9", "tm30_rf", "tm30_rg", "melanopic_der", "melanopic_edi_lx", "alpha_opic",
               "spectrum"}

@@ -36,7 +36,7 @@ def test_the_table_has_the_stated_columns_and_rows(rows, compared):
         assert f"{float(row['ratio_to_first_room']):.3f}" in done.stdout
 
 
-def test_it_says_what_rgb_gets_wrong(rows, compared):
+def test_the_errors_of_rgb_are_stated(rows, compared):
     folder, done = compared
     assert done.stdout.rstrip().splitlines()[-1] == (
         "RGB makes the red-paint room 5.2 % too bright, the pure-red room 32 % too bright; "
@@ -114,7 +114,7 @@ def test_differences_are_signed_and_dark_places_have_none():
     assert none.max() == 0
 
 
-def test_the_monochrome_pictures_of_the_rooms_are_alike(compared):
+def test_the_monochrome_pictures_of_the_rooms_are_equal(compared):
     folder = compared[0] / "outputs" / "comparison"
     grey, red = (np.asarray(Image.open(folder / f"{stem}_31_a_reflectance.png"), dtype=int)
                  for stem in ("grey_room", "red_room"))

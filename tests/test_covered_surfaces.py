@@ -8,7 +8,7 @@ from closed_rooms import LAMP, mean_illuminance
 import renderer
 
 
-def test_covered_surfaces_take_no_part(room):
+def test_covered_surfaces_have_no_effect(room):
     # A crate on the floor, one on top of it, and one against the wall: what they cover is dark and
     # has no area; all the rest keeps its own.
     crates = [{"shape": "box", "position": [1.0, 1.0, 0.0], "size": [1.0, 1.0, 0.3]},
@@ -37,7 +37,7 @@ SCREEN = {"shape": "box", "position": [1.5, 1.0, 0.0], "size": [0.01, 2.0, 1.8],
     ([DRUM], 80 + 48 * 0.8 * np.sin(np.pi / 48) * 3 - 48 * 0.4**2 * np.sin(2 * np.pi / 48)),
     ([SCREEN], 80 + 2 * (3.6 + 0.018)),
 ])
-def test_what_stands_aslant_covers_its_own_area_and_keeps_energy(room, objects, area):
+def test_turned_objects_cover_their_area_and_energy_is_conserved(room, objects, area):
     scene = room(0.5, objects=objects, luminaires=[LAMP])
     solution = renderer.solve(scene, bands="rgb", accuracy=0.05)
     # Where faces cross, corners are known to 1e-9 of the room.
@@ -73,7 +73,7 @@ def test_a_floor_crowded_with_boxes_is_divided_around_each(room, accuracy, known
     assert np.abs(transport.lost).max() < 4 / (2 * np.sqrt(32 * 256))
 
 
-def test_no_patch_reaches_under_what_stands_on_it(room):
+def test_no_patch_reaches_under_an_object(room):
     # A patch on both sides of a thin screen would carry light from its lit side to its dark one.
     scene = room(0.5, objects=[SCREEN])
     mesh = renderer.solve(scene, bands="rgb", accuracy=0.05).transport.mesh

@@ -39,7 +39,7 @@ EXAMPLES = [name for name, page in PAGES.items() if any(map(runs, pages.blocks(p
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_examples_run_and_print_what_is_shown(name, tmp_path, here, monkeypatch):
+def test_examples_run_and_print_the_text_shown(name, tmp_path, here, monkeypatch):
     """Files are saved and commands run in an empty folder, in the order of the page."""
     monkeypatch.chdir(tmp_path)
     parts = pages.blocks(PAGES[name])
@@ -78,7 +78,7 @@ def ran(block: pages.Block, here, folder: Path, whole: bool) -> str:
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_parts_of_scenes_are_what_a_scene_may_have(name):
+def test_parts_of_scenes_in_pages_have_allowed_keys(name):
     """TOML that is not saved is a part of the page's last whole scene, and valid with it."""
     scene = tomllib.loads((ROOT / "scenes" / "furnished_room.toml").read_text())
     for block in pages.blocks(PAGES[name]):

@@ -114,7 +114,7 @@ def test_under_a_shelf_of_one_patch_the_bar_is_as_wide_as_the_error(room):
 
 
 @pytest.mark.parametrize("spot", [(1.8, 1.45, 0.0), (2.2, 1.2, 0.0), (2.5, 1.5, 0.0)])
-def test_under_a_low_table_a_coarse_mesh_reads_what_paths_from_the_meter_say(room, spot):
+def test_under_a_low_table_a_coarse_mesh_agrees_with_paths_from_the_meter(room, spot):
     """0.3 m under the table, patches of 0.6 m are half in its shade on every mesh, which gives 4.40 ± 0.15 lx
     for 3.87."""
     table = {"shape": "box", "position": [1.0, 1.0, 0.3], "size": [1.6, 0.9, 0.03]}
@@ -158,7 +158,7 @@ def test_a_room_asked_for_very_finely_has_as_many_rays_as_memory_holds():
         assert plan.rays * patches <= MAX_RAYS
 
 
-def test_rooms_past_what_memory_holds_are_let_go_oldest_first(room, monkeypatch):
+def test_the_oldest_rooms_are_removed_above_the_limit_of_memory(room, monkeypatch):
     store, scene = TransportStore(), room()
     first, second, third = (Plan(size, 0, ()) for size in (1.0, 0.8, 0.6))
     small = store.transport(scene, first, 0)
@@ -181,7 +181,7 @@ def test_the_error_of_three_bands_is_named_and_a_grey_room_has_none(room):
 
 
 @pytest.mark.parametrize("seed", [143])
-def test_a_lamp_of_which_only_a_coarser_mesh_loses_light_is_not_refused(tmp_path, seed):
+def test_a_lamp_is_not_refused_if_only_a_coarser_mesh_loses_its_light(tmp_path, seed):
     """On patches four times as long, lamps over a cylinder lose 5 and 6 %."""
     solution = renderer.solve(random_scene(seed, tmp_path), "rgb", 0.05)
     assert np.abs(solution.transport.lost).max() < 0.01
@@ -199,7 +199,7 @@ def test_a_surface_that_a_coarser_mesh_has_not_is_known_to_all_of_itself_at_best
     assert found["floor"].uncertainty < 0.1 * found["floor"].value
 
 
-def test_light_that_the_solve_left_over_is_in_the_bar(room):
+def test_the_residual_of_the_solve_is_in_the_bar(room):
     """Where hardly anything absorbs, the residual of the solve is the only error: 0.90 %, with a bar of 0.80
     without it."""
     lamp = {"shape": "point", "center": [2, 2, 2.5], "flux": 1000}

@@ -28,7 +28,7 @@ def uplight() -> OneBounce:
 
 
 @pytest.mark.parametrize(("place", "expected"), BELOW_UPLIGHT.items())
-def test_the_truth_below_an_uplight_is_what_another_integration_says(place, expected):
+def test_the_truth_below_an_uplight_agrees_with_another_integration(place, expected):
     assert uplight().illuminance(np.array(place), UP) == pytest.approx(expected, abs=6e-5)
 
 
@@ -128,7 +128,7 @@ def test_light_to_and_fro_is_read_to_its_narrow_bar(tmp_path):
     assert error.max() < 2e-4
 
 
-def test_rooms_are_alike_for_equal_seeds_and_scenes_of_four_meters(tmp_path: Path):
+def test_equal_seeds_give_equal_rooms_with_four_meters(tmp_path: Path):
     for kind in ("uplight", "shadows", "corner"):
         one, other = exact_room(3, kind), exact_room(3, kind)
         assert one.text == other.text

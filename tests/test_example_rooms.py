@@ -73,7 +73,7 @@ def test_all_their_lumens_arrive(solved, name):
     assert solution.energy_balance_error < 1e-6
 
 
-def test_rgb_makes_what_a_red_wall_reflects_too_bright(solved):
+def test_rgb_makes_light_from_a_red_wall_too_bright(solved):
     """The mean of ρ² is more for a saturated red in three bands than in 31 (docs/colour.md)."""
     places = {p.name: p for p in solved("gallery").scene.photometers}
     meter = places["at the eye, facing the red wall"]

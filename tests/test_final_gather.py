@@ -72,7 +72,7 @@ def test_paths_and_elements_agree(room, steps):
         assert abs(lux[:, k].mean() - exact.indirect_lx) < 3 * np.hypot(error[k], exact.uncertainty / 2)
 
 
-def test_groups_exchange_what_their_patches_do(room):
+def test_groups_exchange_the_sum_of_their_patches(room):
     transport = renderer.solve(room(0.5, objects=[CRATE]), "rgb", 0.05).transport
     groups = agglomerated(transport.mesh, transport.exchange)
     assert groups.exchange.areas.sum() == pytest.approx(transport.exchange.areas.sum(), rel=1e-12)
@@ -97,7 +97,7 @@ def test_paths_are_followed_to_the_requested_accuracy(room):
 
 
 @pytest.mark.parametrize("accuracy", [0.05, 0.01, 0.004])
-def test_a_steep_spot_past_an_opaque_lamp_is_read_as_its_one_bounce_integrates(accuracy):
+def test_a_steep_spot_past_an_opaque_lamp_agrees_with_its_one_bounce_integral(accuracy):
     spots = [(spot, UP, "m") for spot in BELOW_UPLIGHT]
     _, readings = solve_and_read(renderer.load(UPLIGHT), "rgb", accuracy, spots=spots)
     for reading, truth in zip(readings, BELOW_UPLIGHT.values(), strict=True):
@@ -152,7 +152,7 @@ def _seen_crate(at, facing, corner, size, rho) -> float:
 
 
 @pytest.mark.parametrize("keep", [True, False])
-def test_an_interruption_keeps_what_is_known_with_its_wider_bars(room, monkeypatch, keep):
+def test_an_interruption_keeps_readings_with_wider_bars(room, monkeypatch, keep):
     scene = room(0.5, objects=[CRATE])
     spots = [((3.0, 3.0, 0.0), UP, "a"), ((0.3, 1.5, 0.0), UP, "b")]
     rounds, said = [], []

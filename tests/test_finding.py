@@ -58,7 +58,7 @@ def test_rooms_that_are_right_are_so_and_one_may_be_wrong_somewhere():
         "In RGB the office is right on average, 3.0 % too bright at worst; the grey room is right.")
 
 
-def test_one_room_says_where_and_what_is_direct():
+def test_the_sentence_on_one_room_states_place_and_direct_share():
     assert headline([room("Blue room", 97.0)]) == (
         "RGB makes the blue room 3.0 % too dark at floor centre, where 60 % of the light is direct.")
 

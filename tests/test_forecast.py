@@ -47,7 +47,7 @@ def test_the_forecast_of_patches_rays_and_bands_is_exact(room, objects, accuracy
     assert solution.transport.rays / 2 <= said.rays <= 2 * solution.transport.rays
 
 
-def test_the_widest_error_bar_is_within_twice_of_what_is_said():
+def test_the_widest_error_bar_is_within_twice_the_forecast():
     scene = load("red_room")
     widest = max(reading.uncertainty / reading.total_lx
                  for reading in solve(scene, "rgb", 0.01).photometers())
@@ -107,7 +107,7 @@ def test_the_next_plan_is_for_the_figure_known_least_well():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("accuracy", [0.05, 0.01])
-def test_seconds_are_what_a_run_then_takes_on_the_machine_as_it_is(room, accuracy, monkeypatch):
+def test_forecast_seconds_are_those_of_the_run(room, accuracy, monkeypatch):
     # Three times, not two: other work may come and go between the two measurements.
     scene = room(0.5, objects=[CRATE], photometers=[METER], grids=[PLANE])
     monkeypatch.setattr(forecasting, "_around", lambda scene: 0.0)  # the command's time beside the solve
@@ -123,7 +123,7 @@ def test_no_bar_is_expected_of_nothing(room):
     assert forecast(room(luminaires=(), photometers=[METER]), "rgb", 0.05).expected is None
 
 
-def test_memory_is_what_a_run_then_takes(tmp_path):
+def test_forecast_memory_is_that_of_the_run(tmp_path):
     # The largest memory that a process of its own ever had; the contract allows a factor of two.
     code = ("from pathlib import Path\nfrom renderer.scene.reading import load\n"
             "from renderer.solving.refine import solve_and_read\n"
@@ -135,7 +135,7 @@ def test_memory_is_what_a_run_then_takes(tmp_path):
     assert taken / 2 <= forecast(load("furnished_room"), "31", 0.02).memory <= 2 * taken
 
 
-def test_the_plan_lists_what_is_left_out(room):
+def test_the_plan_lists_omissions(room):
     empty = forecast(room(), "31", 0.01)
     assert empty.rays == 0
     assert (empty.bands_solved, empty.bands) == (1, 31)

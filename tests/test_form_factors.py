@@ -41,7 +41,7 @@ def test_the_closed_forms_here_agree_with_the_published_values():
     ("parallel squares [0.1,0.2]^2 facing each other at distance 0.05 (C-13)",
      SQUARE * 0.1 + [0.1, 0.1, 0], (SQUARE * 0.1)[::-1] + [0.1, 0.1, 0.05]),
 ])
-def test_two_rectangles_exchange_what_the_closed_form_says(case, a, b):
+def test_factors_of_two_rectangles_agree_with_closed_forms(case, a, b):
     area = np.linalg.norm(np.cross(a[1] - a[0], a[3] - a[0]))
     assert exchange_areas(a[None], b[None])[0] / area == pytest.approx(FORM_FACTORS[case], abs=1e-13)
 
@@ -58,7 +58,7 @@ def test_touching_rectangles_of_any_proportions(width, depth, height):
 
 @settings(deadline=None, max_examples=60)
 @given(SIDE, SIDE, st.floats(0.1, 0.9), st.floats(-5, 1))
-def test_shifted_plates_a_hair_apart_exchange_what_closed_forms_say(width, depth, share, power):
+def test_factors_of_shifted_close_plates_agree_with_closed_forms(width, depth, share, power):
     # E of plates of width w shifted by s is (E(w + s) + E(w − s) − 2 E(s)) / 2, E(w) that of plates of width
     # w face to face. With nodes along the edges, which pass over each other, it erred by 4e-4.
     gap, shift = 10**power, share * width
@@ -71,7 +71,7 @@ def test_shifted_plates_a_hair_apart_exchange_what_closed_forms_say(width, depth
 
 @settings(deadline=None, max_examples=60)
 @given(st.floats(0.1, 1), st.floats(0.1, 1))
-def test_touching_triangles_exchange_what_the_whole_does(x, y):
+def test_factors_of_touching_triangles_sum_to_the_wholes(x, y):
     # Their slanted edges have nodes, whose error falls to 1e-7 but for slivers.
     wall, inner = TOUCHING, np.array([x, y, 0]) * 0.9
     fan = np.array([[SQUARE[k], SQUARE[(k + 1) % 4], inner, inner] for k in range(4)])
@@ -81,7 +81,7 @@ def test_touching_triangles_exchange_what_the_whole_does(x, y):
 
 @settings(deadline=None, max_examples=60)
 @given(st.floats(0.03, 1), st.floats(0.03, 1), st.floats(0.05, 2), st.floats(0.05, 2))
-def test_rectangles_apart_exchange_what_their_pieces_do(width, height, away, aside):
+def test_factors_of_separate_rectangles_are_those_of_their_pieces(width, height, away, aside):
     floor, wall = SQUARE + [away, 0, 0], TOUCHING * [1, width, height] + [0, aside, 0.1]
     got = exchange_areas(wall[None], floor[None])[0]
     pieces = np.array([SQUARE / 8 + [away + i / 8, j / 8, 0] for i in range(8) for j in range(8)])
@@ -155,13 +155,13 @@ def test_rays_and_contours_give_one_operator(box):
     np.testing.assert_allclose(member.T @ counted @ member, member.T @ exact @ member, atol=0.02)
 
 
-def test_whole_faces_exchange_what_the_closed_form_says(room):
+def test_factors_of_whole_faces_agree_with_closed_forms(room):
     mesh = mesh_of(room(luminaires=()), 1.0)
     exchange = contour_exchange(mesh)
     floor, ceiling = mesh.surface == 0, mesh.surface == 1
     got = exchange.matrix[np.ix_(floor, ceiling)].sum() / 16
-    # Far pairs are seen from their middles: 1 m patches at 3 m err by some (1/3)²/12 before
-    # balancing view_shares the rest; near ones are exact.
+    # Factors of far pairs are taken at their middles: 1 m patches at 3 m have an error of about (1/3)²/12, which
+    # balancing spreads. Near pairs are exact.
     assert got == pytest.approx(FORM_FACTORS["room 4x4x3 floor to ceiling"], rel=5e-3)
 
 

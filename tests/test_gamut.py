@@ -59,7 +59,7 @@ def test_greys_are_exact(gamut, method):
         np.testing.assert_allclose(gamut.ratios(gamut.methods[method], model)[:, greys], 1, atol=1e-6)
 
 
-def test_the_luminance_is_what_is_reflected_of_the_light_that_arrives(gamut):
+def test_luminance_is_the_reflected_light_over_pi(gamut):
     total, luminance = PLACE.read("31", gamut.methods["mallett-2019"].spectral)
     np.testing.assert_allclose(np.pi * luminance, total - 1, atol=1e-12)
 
@@ -75,7 +75,7 @@ def test_the_functional_takes_flat_to_grey_and_mallett_to_its_colour():
 
 
 @pytest.mark.parametrize("colour", [*NAMED_COLOURS.values(), (0.2, 0.3, 0.6), (0.5, 0.5, 0.5)])
-def test_the_smallest_sum_is_what_a_general_solver_finds(colour):
+def test_the_smallest_sum_agrees_with_a_general_solver(colour):
     # On every tenth wavelength: a general solver needs minutes for all.
     functional, weights = FUNCTIONAL[:, ::10], WEIGHTS[::10] / WEIGHTS[::10].sum()
     functional = functional / functional.sum(axis=1, keepdims=True)
@@ -191,7 +191,7 @@ def test_a_closed_room_of_one_paint_has_its_mean_luminance(room):
         assert np.isinf(place.gains(name, np.ones((1, n)))).all()  # nothing absorbs
 
 
-def test_a_painted_room_reads_what_solving_it_reads(room, monkeypatch):
+def test_a_painted_room_reads_as_when_solved_directly(room, monkeypatch):
     # Solved rooms are read by elements, as the study reads.
     monkeypatch.setattr("renderer.solving.plan.MIN_ACCURACY_BY_PATHS", 1.0)
     crate = {"shape": "box", "position": [0.5, 0.5, 0], "size": [1, 1, 1],

@@ -53,7 +53,7 @@ def test_a_pane_midway_in_a_reveal_closes_the_room_as_a_reveal_that_ends_there(t
     agree(read(f"geometry/furnished_room/{name.name}"), renderer.solve(scene, "rgb", 0.05).photometers())
 
 
-def test_a_hole_in_a_reveal_is_an_opening_that_says_what_it_takes():
+def test_a_hole_in_a_reveal_is_an_opening_whose_lost_light_is_stated():
     name = "geometry/furnished_room/d_window_reveal_hole"
     (reading,), (whole,) = read(name), read(BOX)
     (said,) = escapes(solved(name), [reading.figure])
@@ -65,7 +65,7 @@ def test_a_hole_in_a_reveal_is_an_opening_that_says_what_it_takes():
 
 @pytest.mark.parametrize(("one", "other"), [
     ("invert/table", "invert/table_one_slab"), ("neg/room", "neg/room_abs"), ("up/default", "up/y")])
-def test_the_two_forms_of_one_scene_read_alike(one, other):
+def test_the_two_forms_of_one_scene_give_equal_readings(one, other):
     agree(read(f"geometry/{one}"), read(f"geometry/{other}"))
 
 
@@ -83,7 +83,7 @@ def test_open_parts_are_read_with_an_exact_balance(name):
 
 
 @pytest.mark.parametrize("first", range(6))
-def test_a_concave_floor_reads_alike_whichever_corner_comes_first(first):
+def test_a_concave_floor_reads_equally_from_any_first_corner(first):
     reading = read(f"geometry/ngon/L{first}")[1]
     assert abs(reading.total_lx - 14.12) < 0.22 + reading.uncertainty
 

@@ -209,7 +209,7 @@ def test_a_radiance_scene_reads_as_radiance_reads_it(folder, tmp_path):
     assert reading.total_lx == pytest.approx(263.64, abs=0.04 + reading.uncertainty)
 
 
-def test_the_command_writes_a_scene_and_lists_what_is_not_imported(here, folder, tmp_path):
+def test_the_command_writes_a_scene_and_lists_omissions(here, folder, tmp_path):
     done = here("new", folder / "room.hbjson", cwd=tmp_path)
     assert done.returncode == 0
     assert "Not imported:\n  1 aperture" in done.stdout

@@ -145,7 +145,7 @@ def test_the_bands_of_a_scene_have_the_colour_of_its_lamps():
 
 
 @pytest.mark.parametrize("kelvin", [1000, 1100, 1200, 1400, 1600, 1667, 2000, 3000, 4999])
-def test_a_black_body_renders_perfectly_however_cold(kelvin):
+def test_cold_black_bodies_render_perfectly(kelvin):
     record = colour_of(black_body(kelvin))
     assert record["cct_K"] == pytest.approx(kelvin, rel=1e-5)
     assert record["duv"] == pytest.approx(0, abs=1e-6)

@@ -35,7 +35,7 @@ def test_a_run_logs_nothing_unless_asked(here, tmp_path):
     assert "--log-level is 'all'; must be one of debug, info, warning." in refused.stderr
 
 
-def test_a_reading_keeps_what_each_surface_sent(room):
+def test_a_reading_keeps_the_light_of_each_surface(room):
     """On the floor of a room, light comes from every surface except the floor itself."""
     solution = renderer.solve(room(0.5), "rgb", 0.3)
     reading = solution.photometer([1.0, 1.0, 0.0], [0, 0, 1])

@@ -69,7 +69,7 @@ def test_a_cosine_is_the_lambertian_of_that_size(lit, room, size, plain):
     assert readings[0].total_lx == pytest.approx(readings[1].total_lx, rel=1e-3)
 
 
-def test_light_alike_in_all_directions_is_the_isotropic_point(lit, room):
+def test_equal_intensity_in_all_directions_is_the_isotropic_point(lit, room):
     measured = lit(ldt(np.full(181, 50.0), [0.0], 1, DEGREE), "ldt", center=[1, 2, 1.5], flux=100.0)
     plain = room(luminaires=[{"shape": "point", "center": [1, 2, 1.5], "flux": 100.0}])
     points, normals = meters()
@@ -95,7 +95,7 @@ def test_from_afar_intensity_over_distance_squared_arrives(lit, name):
     )
 
 
-def test_close_up_a_box_alike_bright_all_over_is_lit_as_its_faces_are(lit):
+def test_near_a_uniformly_bright_box_the_light_is_that_of_its_faces(lit):
     """With I proportional to the projected area every face has one luminance; under it only the bottom
     counts."""
     turn = np.arange(0, 91, 1.0)

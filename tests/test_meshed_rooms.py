@@ -18,7 +18,7 @@ from renderer.scene.room_from_mesh import mesh_room
 from renderer.scene.triangle_mesh import TriangleMesh
 
 
-def test_cad_triangles_cost_what_the_surface_is_worth():
+def test_the_number_of_patches_does_not_depend_on_cad_triangles():
     # Thousands of coplanar faces, slivers among them, become the rectangles that they are.
     fine = BOX
     for _ in range(4):
@@ -66,7 +66,7 @@ def test_a_flawed_mesh_is_mended(meshed, mesh):
     assert not room.openings
 
 
-def test_what_stands_in_the_mesh_is_part_of_the_room(meshed):
+def test_objects_in_the_mesh_are_part_of_the_room(meshed):
     crate = trimesh.creation.box(bounds=[[2, 2, 0.5], [3, 3, 1.5]])
     scene = meshed(trimesh.util.concatenate([BOX, crate]), more='[[photometers]]\nposition = [2, 1.9, 1]\n'
                    "normal = [0, 0, 1]")

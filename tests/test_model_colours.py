@@ -57,7 +57,7 @@ def test_the_mean_of_a_texture_is_of_light_not_of_codes(tmp_path):
     np.testing.assert_allclose(mean_colour(data.getvalue()), 0.5)
 
 
-def test_what_the_scene_names_goes_before_what_the_file_says(tmp_path):
+def test_materials_of_the_scene_override_colours_of_the_file(tmp_path):
     named = chair(tmp_path, 'materials = { leg = "red" }')
     assert [m.name for m in named.materials[-2:]] == ["chair.obj: wood", "red"]
     assert {m.name for m in chair(tmp_path, 'material = "grey"').materials} == {"grey"}

@@ -29,7 +29,7 @@ def test_strips_of_a_ply_file(tmp_path):
     np.testing.assert_allclose(newell(file.vertices, file.corners, file.sizes)[:, 2], 0.5)
 
 
-def test_a_ply_header_that_is_wrong_about_what_follows_the_corners(tmp_path):
+def test_a_ply_header_may_be_wrong_about_properties_after_the_corners(tmp_path):
     path = tmp_path / "face.ply"
     path.write_text("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
                     "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
@@ -153,7 +153,7 @@ def test_collada_says_its_unit_and_its_axis(tmp_path):
     ("chair.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty list uchar int i\n"
                   b"end_header\n1\n", "lacks a value that PLY"),
 ])
-def test_what_cannot_be_read_is_refused_by_its_right_name(tmp_path, name, data, word):
+def test_unreadable_formats_are_refused_by_name(tmp_path, name, data, word):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(renderer.InputError, match=word) as refused:
         model(tmp_path / name)
@@ -325,7 +325,7 @@ def test_collada_whose_materials_are_missing_keeps_its_faces_and_commas_are_poin
     ("lines.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", "holds points or lines and no faces"),
     ("points.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                    b"property float z\nend_header\n0 0 0\n", "holds points and no faces")])
-def test_a_file_without_faces_is_refused_by_what_it_holds(tmp_path, name, data, word):
+def test_a_file_without_faces_is_refused_with_its_contents(tmp_path, name, data, word):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(renderer.InputError, match=word):
         model(tmp_path / name)

@@ -75,7 +75,7 @@ def test_dark_lamps_and_none_leave_the_nodes_where_they_start():
     np.testing.assert_array_equal(place_nodes([light_of("A")], [0.0]), FIRST_NODES)
 
 
-def test_a_lamp_counts_by_its_lumens_however_it_is_divided():
+def test_a_lamp_counts_by_its_lumens_in_any_division():
     a, b = light_of("FL11"), light_of("HP1")
     np.testing.assert_array_equal(place_nodes([a, b, b], [10.0, 20.0, 30.0]), place_nodes([a, b], [1.0, 5.0]))
     np.testing.assert_array_equal(place_nodes([a, b], [1.0, 1e-9]), place_nodes([a], [1.0]))

@@ -146,7 +146,7 @@ def test_bands_that_are_no_wavelengths_are_named(room):
     assert ((nodes.node > 400) & (nodes.node < 700)).all()
 
 
-def test_without_xarray_one_sentence_says_what_to_install(room, monkeypatch):
+def test_without_xarray_one_sentence_names_the_package(room, monkeypatch):
     solution = renderer.solve(room(), accuracy=0.1)
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(ImportError, match=re.escape("pip install 'spectral-radiosity[notebook]'")):

@@ -136,7 +136,7 @@ def lit(scene, meter):
     return clear.any()
 
 
-def test_the_rooms_are_what_they_are_named_for():
+def test_the_rooms_have_the_features_of_their_names():
     scenes = agreement.rooms()
     assert [s.materials[0].flat for s in scenes[:5]] == [0.05, 0.2, 0.5, 0.8, 0.9]
     assert len({s.geometry_key for s in scenes[:5]}) == 1

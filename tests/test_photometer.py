@@ -16,7 +16,7 @@ from renderer.transport.rays.ray_scene import STAND_OFF
 UP = [0, 0, 1]
 
 
-def test_symmetric_points_read_alike(room):
+def test_symmetric_points_have_equal_readings(room):
     solution = renderer.solve(room(0.7), bands="rgb", accuracy=0.05)
     reads = [solution.photometer([x, y, 0], UP).total_lx
              for x, y in ((0.7, 1.1), (3.3, 1.1), (0.7, 2.9), (1.1, 0.7))]
@@ -134,7 +134,7 @@ def test_one_patch_a_wall_still_has_an_error_bar(room):
     assert abs(huge.total_lx - fine.total_lx) <= huge.uncertainty
 
 
-def test_pieces_seen_in_part_say_what_smaller_ones_do(room, monkeypatch):
+def test_partly_visible_pieces_agree_with_smaller_ones(room, monkeypatch):
     # From under a low plate most pieces of the walls are seen in part, and their lower part at that. Taken at
     # their middles they read 0.19 % more than pieces 25 times as small do, when they filled 1/4000 of the
     # view; now they fill 1/500, and 0.1 % is what such pieces may err by (docs/decisions.md, D31).
@@ -155,7 +155,7 @@ def test_pieces_seen_in_part_say_what_smaller_ones_do(room, monkeypatch):
     assert abs(off.mean() - fine.mean()) < 1e-3 * fine.mean()
 
 
-def test_a_meter_in_a_penumbra_reads_what_the_open_part_of_the_lamp_gives(room):
+def test_a_meter_in_a_penumbra_reads_the_visible_part_of_the_lamp(room):
     plate = {"shape": "box", "name": "plate", "position": [0.7, 0.7, 1.0], "size": [2.6, 0.8, 0.01],
              "rotation": 31.0, "material": "black"}
     # In a black room the mesh brings nothing: two patches a wall serve.

@@ -22,7 +22,7 @@ from renderer.scene.photometric.shapes import Shape
         (np.arange(15, 361, 15.0), np.arange(15, 361, 15.0)),
     ],
 )
-def test_planes_that_lm63_does_not_know_are_completed_and_said(read_lamp, planes, same):
+def test_planes_that_lm63_does_not_define_are_completed_and_noted(read_lamp, planes, same):
     law = 50 + 30 * np.cos(2 * np.radians(same))[:, None] * np.sin(np.radians(np.arange(0, 181, 5.0)))
     found = read_lamp(ies(law, horizontal=planes))
     assert any("LM-63 does not define" in fault for fault in found.faults)
@@ -41,7 +41,7 @@ def test_planes_that_lm63_does_not_know_are_completed_and_said(read_lamp, planes
         ({"keywords": ("[_UNIT] umol/s",)}, "radiometric"),
     ],
 )
-def test_units_that_cannot_be_are_said(read_lamp, change, said):
+def test_impossible_units_are_noted(read_lamp, change, said):
     assert any(said in fault for fault in read_lamp(ies(FLAT, **change)).faults)
 
 

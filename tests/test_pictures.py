@@ -23,7 +23,7 @@ def seen(scene, accuracy=0.02, camera=CAMERA):
             view.indirect(solution, luminous)[..., 0])
 
 
-def test_a_pixel_shows_what_the_photometer_reads_there(room):
+def test_a_pixel_shows_the_photometers_reading(room):
     solution, view, direct, indirect = seen(room(0.5), accuracy=0.005)
     for spot, normal in (([2, 2.5, 0], [0, 0, 1]), ([2, 4, 1.2], [0, -1, 0]), ([3, 3, 3], [0, 0, -1])):
         x, y = view.camera.project(np.array(spot, dtype=float))

@@ -21,7 +21,7 @@ def solution(room, monkeypatch):
     return renderer.solve(room(objects=[crate]), "rgb", 0.05)
 
 
-def test_processes_read_what_threads_do_and_count_their_rays(solution, monkeypatch):
+def test_processes_and_threads_give_equal_readings_and_ray_counts(solution, monkeypatch):
     def read(long: float) -> tuple:
         for transport in solution.transports:
             transport.meters.clear()

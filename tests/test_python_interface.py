@@ -27,7 +27,7 @@ def solution():
     return renderer.solve({**table, "observers": [EYE], "spot_meters": [EYE]}, "rgb", accuracy=0.1)
 
 
-def test_the_examples_of_the_docstrings_print_what_they_say():
+def test_the_examples_of_the_docstrings_print_the_text_shown():
     interface = importlib.import_module("renderer.python_interface")
     failed, tried = doctest.testmod(interface, optionflags=doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL)
     assert tried > 12
@@ -120,7 +120,7 @@ def test_every_reading_has_its_bar(solution):
     assert spot.unit == "cd/m²"
 
 
-def test_a_lambertian_wall_is_as_bright_as_what_falls_on_it_says(solution):
+def test_a_lambertian_walls_luminance_follows_from_its_illuminance(solution):
     """L = ρE/π, within both bars; 5 mm on the wall span less than the mesh's error."""
     at = [4.0, 2.0, 1.5]
     lit = solution.photometer(at, [-1, 0, 0])
@@ -190,7 +190,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_a_wrong_argument_is_one_sentence(solution, held, name):
+def test_a_wrong_argument_gives_one_sentence(solution, held, name):
     call, said = WRONG[name]
     scene = renderer.load(solution.scene.table)
 
@@ -236,7 +236,7 @@ seen: float = solution.luminance([2, 2, 1], [1, 0, 0]).value
 
 
 @pytest.mark.slow
-def test_types_are_told_to_mypy(tmp_path):
+def test_types_are_visible_to_mypy(tmp_path):
     """A user's program is clean; wrong types in it are seen; and so is the interface itself."""
     pytest.importorskip("mypy", reason="pip install '.[test]' has it")
     (tmp_path / "good.py").write_text(PROGRAM)

@@ -232,7 +232,7 @@ def test_a_page_that_stays_large_is_reported(room, tmp_path, monkeypatch):
     assert "a looser --accuracy makes it smaller" in notes[0]
 
 
-def test_scene_files_carry_what_they_name():
+def test_scene_files_are_embedded_with_the_files_that_they_name():
     files = scene_files(load(ROOT / "scenes" / "red_room.toml"))
     assert [f["name"] for f in files] == ["red_room.toml", "spectra/red_20_percent.csv"]
     for file in files:

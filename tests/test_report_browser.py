@@ -129,7 +129,7 @@ def test_a_room_where_all_is_equal_shows_its_outlines_and_no_idle_scale(page):
     assert 0.002 < outlines < 0.1
 
 
-def test_the_photometer_in_the_picture_reads_what_the_program_reads(page, report):
+def test_the_photometer_in_the_picture_agrees_with_the_program(page, report):
     beside(page)
     spots = ((150, 400), (320, 460), (500, 200), (60, 300))
     for x, y in spots:

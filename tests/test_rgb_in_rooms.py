@@ -41,7 +41,7 @@ def test_shares_of_every_model_add_up_to_the_lamp():
     assert lamp_spectrum("narrow RGB LED").values.min() >= 0
 
 
-def test_a_grey_room_reads_alike_in_every_model():
+def test_a_grey_room_has_equal_readings_in_every_model():
     # Flat reflectances: every band has one gain, and shares add up to 1, whatever the model.
     scene = resolved(drawn_room(4)[0], FOLDER / "drawn.toml")
     gains = room_gains(scene, 1.2, 64)
@@ -104,7 +104,7 @@ def test_a_warm_lamp_makes_the_rule_steeper_up_to_its_bound():
     ({"rgb": [0.05, 0.6, 0.1]}, "the paints favour green or blue"),
     ({"munsell": "10YR 8/2"}, None),
 ])
-def test_a_plan_says_what_rgb_is_likely_to_get_wrong(room, paint, said):
+def test_a_plan_states_the_likely_error_of_rgb(room, paint, said):
     scene = room(paint)
     likely = likely_rgb_error(scene)
     assert likely is None if said is None else said in likely

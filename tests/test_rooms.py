@@ -32,7 +32,7 @@ def read(scene, spots, accuracy=0.05) -> np.ndarray:
 
 @pytest.mark.parametrize("outline", [L, U, T, TRIANGLE, HEXAGON, STAR, L[::-1]],
                          ids=["L", "U", "T", "triangle", "hexagon", "star", "clockwise L"])
-def test_the_mean_of_a_room_of_any_outline_is_what_energy_dictates(outlined, outline):
+def test_the_mean_of_a_room_of_any_outline_conserves_energy(outlined, outline):
     solution = renderer.solve(outlined(outline), bands="rgb", accuracy=0.05)
     corners = np.array(outline)
     ahead = np.roll(corners, -1, axis=0)
@@ -50,7 +50,7 @@ def test_the_mean_of_a_room_of_any_outline_is_what_energy_dictates(outlined, out
     trimesh.creation.extrude_triangulation([[0, 0], [4, 0], [1, 3]], [[0, 1, 2]], 3.0),
     trimesh.creation.icosahedron(),
 ], ids=["sphere", "cylinder", "prism", "icosahedron"])
-def test_the_mean_of_a_meshed_room_is_what_energy_dictates(meshed, mesh):
+def test_the_mean_of_a_meshed_room_conserves_energy(meshed, mesh):
     middle = ", ".join(repr(float(x)) for x in mesh.centroid)
     scene = meshed(mesh, POINT.replace("1.0, 1.0, 1.3", middle))
     solution = renderer.solve(scene, bands="rgb", accuracy=0.05)
@@ -89,7 +89,7 @@ SPOTS = [([2, 2, 0.0], [0, 0, 1]), ([3.7, 0.3, 0.0], [0, 0, 1]), ([0, 1, 1.5], [
 
 
 @pytest.mark.parametrize("suffix", ["obj", "stl", "ply", "glb"])
-def test_a_meshed_box_is_the_box_however_it_was_tessellated(write, meshed, suffix):
+def test_a_meshed_box_in_any_tessellation_is_the_box(write, meshed, suffix):
     box = read(write("size = [4, 4, 3]", panel([2, 2, 3])), SPOTS)
     mesh = BOX.subdivide().subdivide()
     mesh.invert()  # whether normals point outward or inward
@@ -190,7 +190,7 @@ def test_any_polygon_is_divided_wholly_and_without_overlap(spokes, size):
 
 @settings(deadline=None, max_examples=30)
 @given(st.floats(-6, 8), st.floats(-6, 8), st.floats(-1, 4), st.sampled_from([0.0, 1e6]))
-def test_inside_is_what_the_outline_says(x, y, z, shift):
+def test_places_inside_the_outline_are_inside(x, y, z, shift):
     room = outline_room([(a + shift, b - shift) for a, b in U], 2.7, "")
     expected = shapely.contains_xy(shapely.Polygon(U), x, y) and 0 < z < 2.7
     edge = shapely.Polygon(U).exterior.distance(shapely.Point(x, y))
@@ -247,7 +247,7 @@ def test_a_fault_of_the_room_is_refused_in_one_sentence(write, lines, words):
 
 
 @pytest.mark.parametrize("spot", [[4, 5, 1.0], [2.5, 3.5, 1.0], [6, 1, 1]])
-def test_what_is_in_the_notch_of_an_l_is_outside(outlined, spot):
+def test_places_in_the_notch_of_an_l_are_outside(outlined, spot):
     lines = ", ".join(map(str, spot))
     for more in (f"[[photometers]]\nposition = [{lines}]\nnormal = [0, 0, 1]",
                  f"[camera]\nposition = [{lines}]\nlook_at = [0, 0, 0]",

@@ -60,7 +60,7 @@ def test_walls_that_run_past_floor_and_ceiling(room):
     agree(read(room(sheets(FLOOR, CEILING, *walls(-0.1, 2.8))))[0], read(room(BOX))[0])
 
 
-def test_gaps_of_a_millimetre_are_closed_and_say_what_they_would_let_through(room):
+def test_gaps_of_a_millimetre_are_closed_and_their_light_is_stated(room):
     scene = room(sheets(FLOOR, CEILING, *walls(0.001, 2.699, gap=0.001)))
     assert "gaps of up to 1.4 mm between its faces are closed" in scene.files[0]
     reading, solution = read(scene)
@@ -119,7 +119,7 @@ def test_furniture_right_through_a_thin_wall_is_doubted(room):
         assert doubts(scene.with_values({"objects": [{**desk, "position": [x, 0.5, 0]}]})) == said
 
 
-def test_an_open_door_lets_out_what_its_solid_angle_takes(room):
+def test_light_lost_through_an_open_door_is_its_solid_angle(room):
     _, *others = walls(0, 2.7)
     beside = [[(0, 0, 0), (2, 0, 0), (2, 0, 2.7), (0, 0, 2.7)],
               [(3, 0, 0), (5, 0, 0), (5, 0, 2.7), (3, 0, 2.7)],
@@ -177,7 +177,7 @@ def walls_between():
 
 @pytest.mark.parametrize("shape", [two_hollows, two_boxes, walls_between])
 @pytest.mark.parametrize("inside", ["", "inside = [3.0, 1.0, 1.0]"])
-def test_one_of_several_cavities_is_chosen_by_a_point_or_by_what_is_lit(room, shape, inside):
+def test_one_of_several_cavities_is_chosen_by_a_point_or_by_lamps(room, shape, inside):
     scene = room(shape(), inside=inside)
     assert "holds 2 cavities: 1)" in scene.files[0]
     assert scene.files[0].endswith("room.inside is in number 1" if inside else
@@ -219,7 +219,7 @@ def test_walls_in_one_piece_without_a_ceiling_are_open_to_the_sky(room):
     assert escaped(solution)[0]["escaping_lm"] == pytest.approx(1000 * share, rel=0.03)
 
 
-def test_where_there_are_too_many_edges_to_look_for_gaps_it_says_so(room, monkeypatch):
+def test_too_many_edges_to_search_for_gaps_are_noted(room, monkeypatch):
     monkeypatch.setattr("renderer.scene.gaps.MAX_SEGMENTS", 10)
     scene = room(sheets(*walls(0.001, 2.7), FLOOR, CEILING))
     assert any("too many edges to search for gaps" in line for line in scene.files)

@@ -165,7 +165,7 @@ def test_a_mesh_becomes_an_object(tmp_path, suffix):
 
 
 @pytest.mark.parametrize("cuts", [0, 2, 3])
-def test_a_rectangle_is_one_however_it_was_tessellated(cuts):
+def test_a_rectangle_in_any_tessellation_is_one_rectangle(cuts):
     solid = solid_of_shape("box", (1.0, 2.0, 3.0))
     solid = solid.transformed(rotation(30, 2))
     for _ in range(cuts):

@@ -90,7 +90,7 @@ def test_only_pairs_across_the_crate_are_doubtful(room):
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
-def test_pairs_are_alike_in_a_room_of_any_size_anywhere(room, scale):
+def test_pairs_do_not_depend_on_size_and_place_of_the_room(room, scale):
     def pairs(k):
         crate = {"shape": "box", "position": [1.5 * k, 1.5 * k, 0.0], "size": [k, k, k]}
         mesh = mesh_of(room(size=(4 * k, 4 * k, 3 * k), objects=[crate], luminaires=()), 0.5 * k)
@@ -114,7 +114,7 @@ def test_clusters_are_whole_and_small(room):
 
 
 @pytest.mark.parametrize("objects", [[CRATE], [CRATE, TURNED]])
-def test_the_operator_is_closed_reciprocal_positive_and_what_rays_say(room, objects):
+def test_the_operator_is_closed_reciprocal_positive_and_agrees_with_rays(room, objects):
     mesh = mesh_of(room(objects=objects, luminaires=()), 0.4)
     ray_scene = RayScene(mesh)
     exchange = contour_exchange(mesh, probe_pairs(mesh, ray_scene, 1024, (0,)))
@@ -134,7 +134,7 @@ def test_the_operator_is_closed_reciprocal_positive_and_what_rays_say(room, obje
 
 
 @pytest.mark.parametrize("seed", range(1, 13, 4))
-def test_nothing_stands_between_a_meter_and_what_it_sees_whole(tmp_path, seed):
+def test_nothing_stands_between_a_meter_and_wholly_visible_patches(tmp_path, seed):
     scene = random_scene(seed, tmp_path, crowded=True)
     mesh = mesh_of(scene, 0.12 * scene.room.scale)
     ray_scene, random = RayScene(mesh), np.random.default_rng(seed)
@@ -160,7 +160,7 @@ def test_nothing_stands_between_a_meter_and_what_it_sees_whole(tmp_path, seed):
 
 
 @pytest.mark.parametrize("seed", range(1, 13, 4))
-def test_nothing_stands_between_a_lamp_and_what_it_is_said_to_light_whole(tmp_path, seed):
+def test_nothing_stands_between_a_lamp_and_fully_lit_patches(tmp_path, seed):
     scene = random_scene(seed, tmp_path, crowded=True)
     mesh = mesh_of(scene, 0.12 * scene.room.scale)
     ray_scene, random = RayScene(mesh), np.random.default_rng(seed)
@@ -211,7 +211,7 @@ def test_half_samples_depart_by_the_error_of_the_whole(room):
 
 
 @pytest.mark.parametrize("across", [True, False])
-def test_replicas_are_what_solving_with_each_says(room, monkeypatch, across):
+def test_replicas_agree_with_solves_of_each(room, monkeypatch, across):
     monkeypatch.setattr(pair_rays, "MAX_PATCHES_FOR_PAIR_RAYS", 4000 if across else 0)
     solution = renderer.solve(room(0.5, objects=[CRATE, TURNED]), bands="rgb", accuracy=0.1)
     transport, rho = solution.transport, solution.reflectance[solution.transport.mesh.surface]
@@ -251,7 +251,7 @@ def test_a_room_with_nothing_open_has_no_pairs(room):
     assert probe_pairs(mesh, ray_scene, 1024, (0,)) is None
 
 
-def test_both_methods_read_alike(monkeypatch):
+def test_both_methods_give_equal_readings(monkeypatch):
     scene = load("furnished_room")
     pairs = renderer.solve(scene, bands="rgb", accuracy=0.02)
     read = pairs.photometers()

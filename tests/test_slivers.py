@@ -64,7 +64,7 @@ def test_patches_that_cannot_be_closed_change_nothing_for_the_others(more, split
     assert balanced.min() > -1e-12
 
 
-def test_grouping_leaves_the_operator_as_it_is(room):
+def test_grouping_does_not_change_the_operator(room):
     transport = compute_transport(room(0.5, objects=[CRATE]), 0.5, 256, 0, pair_rays_allowed=False)
     exchange = count(transport.mesh, transport.hits, dense=False)
     given = exchange.matrix.given.copy()

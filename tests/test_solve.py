@@ -41,7 +41,7 @@ def test_a_chosen_radiosity_is_found_again(n, seed, largest):
 
 @settings(deadline=None, max_examples=40)
 @given(st.integers(2, 40), st.integers(0, 10**6), st.floats(0, 0.999), st.booleans())
-def test_a_room_of_one_paint_is_what_elimination_says(n, seed, largest, almost):
+def test_a_room_of_one_paint_agrees_with_elimination(n, seed, largest, almost):
     # Some patches are black, as lamps are, some bands dark; `almost`: one patch reflects a little less.
     exchange, random = closed_exchange(n, seed), np.random.default_rng(seed + 1)
     paint = np.append(random.uniform(0, largest, 5), [0.0, largest])
@@ -70,7 +70,7 @@ class Counting:
         return self.matrix @ x
 
 
-def test_a_second_paint_multiplies_nothing_anew():
+def test_a_second_paint_needs_no_further_product():
     n, closed = 60, closed_exchange(60, 3)
     matrix = Counting(closed.matrix)
     exchange, random = replace(closed, matrix=matrix), np.random.default_rng(4)

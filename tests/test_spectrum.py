@@ -131,7 +131,7 @@ def test_arguments_that_are_not_spectra_are_refused(text, words):
     ("400,0.1\n700,inf\n", "not a finite"), ("400,0.1\n", "at least 2"),
     ("400,0.1\n400,0.2\n700,0.1\n", "400 nm twice"), ("400,0.1\n700,45\n", "add --lamp"),
     ("450,0.1\n700,0.2\n", "420 to 680"), ("400,0.1\n700,x\n", "line 2")])
-def test_a_bad_file_is_one_sentence(tmp_path, content, words):
+def test_a_bad_file_gives_one_sentence(tmp_path, content, words):
     (tmp_path / "paint.csv").write_text(content)
     with pytest.raises(renderer.InputError) as refusal:
         resolve(str(tmp_path / "paint.csv"), False)

@@ -47,7 +47,7 @@ def test_closed_and_full_streams(folder, held):
 
 
 @pytest.mark.parametrize("cores", ["0", "-1", "1.5", "", "9" * 30, "½", "٣"])
-def test_a_wrong_number_of_cores_is_one_sentence(monkeypatch, cores, held):
+def test_a_wrong_number_of_cores_gives_one_sentence(monkeypatch, cores, held):
     monkeypatch.setenv("RENDERER_CORES", cores)
     with pytest.raises(InputError, match=r"RENDERER_CORES is .* 1 to 4096"):
         threads._cores()
@@ -63,7 +63,7 @@ def _limited():
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
 
-def test_a_disk_that_takes_no_more_is_one_sentence_and_no_partial_file(folder, run, held):
+def test_a_full_disk_gives_one_sentence_and_no_partial_file(folder, run, held):
     """A limit on the size of files stands for a full disk: the same calls fail, with EFBIG for ENOSPC."""
     done = run("render", "room.toml", "--accuracy", "20%", "--quiet", "--no-cache", cwd=folder,
                preexec_fn=_limited)

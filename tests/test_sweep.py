@@ -38,7 +38,7 @@ def finished(swept, tmp_path):
     return shutil.copytree(swept[0], tmp_path / "copy")
 
 
-def test_every_room_is_there_once_in_order_and_reads_as_it_does_alone(swept):
+def test_every_room_appears_once_in_order_and_reads_as_alone(swept):
     files, now, total = swept[1]
     table = rows(files)
     assert (now, total) == (16, 16)
@@ -141,7 +141,7 @@ def test_a_file_changed_under_way_stops_the_sweep(painted, one_process):
         run_sweep(read, painted, False, None, lambda step: None)
 
 
-def test_rooms_of_one_name_are_told_apart_and_others_keep_theirs(painted, one_process):
+def test_rooms_of_equal_names_are_distinguished_and_others_keep_theirs(painted, one_process):
     shutil.copy(painted / "a.toml", painted / "sub" / "b.toml")
     text = PAINTS.format(scenes='["a.toml", "sub/a.toml", "sub/b.toml"]')
     files, *_ = run_sweep(study(painted, text=text), painted, False, None, lambda step: None)

@@ -116,14 +116,14 @@ def test_seconds_to_an_error_follow_the_curve():
     assert _seconds_to([(1.0, 0.1), (4.0, 0.05), (16.0, 0.025)], 0.01) == pytest.approx(100.0)
 
 
-def test_the_front_is_what_none_beats():
+def test_the_front_has_the_settings_that_none_beats():
     settings = [setting(1.0, 0.1), setting(2.0, 0.05), setting(3.0, 0.06),
                 setting(4.0, 0.001), setting(5.0, 0.0005)]
     found = Tradeoff(None, settings, "", 0.002)
     assert found.front == [settings[0], settings[1], settings[3]]  # below 0.002 nothing can be told apart
 
 
-def test_what_is_recommended_is_fast_enough_good_enough_and_the_programs_own_method():
+def test_recommended_settings_are_fast_and_accurate_and_of_the_programs_method():
     settings = [setting(0.5, 0.001, method="rays"), setting(1.0, 0.009), setting(1.05, 0.004),
                 setting(2.0, 0.001)]
     found = Tradeoff(None, settings, "", 0.0)
@@ -132,7 +132,7 @@ def test_what_is_recommended_is_fast_enough_good_enough_and_the_programs_own_met
     assert found.recommended(0.0001) is None
 
 
-def test_among_settings_alike_the_programs_own_bands_are_recommended_then_the_fewest_patches():
+def test_among_equal_settings_31_bands_are_recommended_then_the_fewest_patches():
     alike = [setting(1.0, 0.0005, "16"), setting(1.02, 0.0014, "61"), setting(1.05, 0.0018, patches=120),
              setting(1.09, 0.0019), setting(1.09, 0.0011, "rgb")]
     found = Tradeoff(None, alike, "", 0.0)
@@ -145,12 +145,12 @@ def test_among_settings_alike_the_programs_own_bands_are_recommended_then_the_fe
         assert Tradeoff(None, [nine, other], "", 0.0).recommended(0.01) is nine
 
 
-def test_every_band_set_has_its_place_among_those_alike():
+def test_every_band_set_has_a_place_in_the_preference():
     assert sorted(tradeoff.PREFERENCE) == sorted(BAND_SETS)
     assert tradeoff.PREFERENCE[0] == SolverTable().bands
 
 
-def test_what_is_recommended_is_what_the_program_then_does(room):
+def test_the_program_can_follow_its_recommendation(room):
     scene = room(objects=[{"shape": "box", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}])
     for size, rays in ((1.0, 256), (0.3, 256), (0.3, 1024), (0.1, 256)):
         asked = asked_for(scene, Plan(size, rays, ()))

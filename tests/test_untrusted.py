@@ -54,7 +54,7 @@ TEXTS = {
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_odd_text_in_a_scene_is_one_sentence(tmp_path, held, name):
+def test_odd_text_in_a_scene_gives_one_sentence(tmp_path, held, name):
     text, said = TEXTS[name]
     (tmp_path / "odd.toml").write_text(text)
     with pytest.raises(InputError) as error:
@@ -66,14 +66,14 @@ def test_odd_text_in_a_scene_is_one_sentence(tmp_path, held, name):
 
 @pytest.mark.parametrize("values", ["[" * 5000 + "]" * 5000, "[1" + "0" * 5000 + "]",
                                     "[0x" + "f" * 5000 + "]"])
-def test_odd_text_in_a_study_is_one_sentence(folder, held, values):
+def test_odd_text_in_a_study_gives_one_sentence(folder, held, values):
     (folder / "study.toml").write_text(f'scenes = ["base.toml"]\n[vary]\n"luminaires.0.flux" = {values}\n')
     with pytest.raises(InputError, match=r"within each other|integer of"):
         read_study(folder / "study.toml", None, None, None)
     held(TEXT)
 
 
-def test_a_scene_given_as_a_study_is_told_apart(folder):
+def test_a_scene_given_as_a_study_is_recognised(folder):
     with pytest.raises(InputError, match="is a scene, not a study"):
         read_study(folder / "base.toml", None, None, None)
 
@@ -235,7 +235,7 @@ def test_the_page_of_a_report_carries_no_secret(folder, here, held):
 
 
 @pytest.mark.parametrize("place", ["photometers", "observers", "spot_meters", "camera", "luminaires"])
-def test_what_is_inside_an_object_is_said_before_the_work(tmp_path, place, held):
+def test_places_inside_an_object_are_refused_before_the_solve(tmp_path, place, held):
     text = BASE + ('[[objects]]\nshape = "sphere"\nsize = [1, 1, 1]\nposition = [0.7, 0.7, 0.1]\n'
                    'material = "g"\n')
     inside = "position = [1.2, 1.2, 0.5]\n"

@@ -65,7 +65,7 @@ def test_a_grey_is_flat(spectra, name):
     np.testing.assert_allclose(curves[np.arange(10) * 111], grey, atol=1e-6)
 
 
-def test_munsell_eigen_is_the_bounded_least_squares_that_it_says():
+def test_munsell_eigen_is_bounded_least_squares():
     nm, curves = munsell_eigen(CUBE)
     _, plain = plain_eigen(CUBE)
     weights = bt709_of_samples(nm)
@@ -76,7 +76,7 @@ def test_munsell_eigen_is_the_bounded_least_squares_that_it_says():
         np.testing.assert_allclose(curves[k], fit.x, atol=1e-5)
 
 
-def test_what_plain_and_clipped_eigenvectors_do_wrong():
+def test_errors_of_plain_and_clipped_eigenvectors():
     _, plain = plain_eigen(CUBE)
     assert plain.min() < -0.1  # absorbs more than all
     assert plain.max() > 1.1  # makes light

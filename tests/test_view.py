@@ -24,7 +24,7 @@ def _quiet(step):
     """Progress that nobody watches."""
 
 
-def test_a_line_of_sight_meets_what_embree_meets(room):
+def test_a_line_of_sight_meets_the_same_patch_as_embree(room):
     transport = renderer.solve(room(0.5, objects=[CRATE]), bands="rgb", accuracy=0.1).transport
     eye, random = np.array([3.0, 3.1, 1.3]), np.random.default_rng(3)
     directions = random.normal(size=(200, 3))
@@ -83,7 +83,7 @@ def test_every_triangle_is_of_one_thing_and_all_are_there(room, center):
 
 
 @pytest.mark.parametrize("scale", [1e-3 / 4, 1.0, 2500.0])
-def test_rooms_of_a_millimetre_and_of_ten_kilometres_are_drawn_alike(room, scale):
+def test_rooms_of_a_millimetre_and_of_ten_kilometres_look_the_same(room, scale):
     panel = {**PANEL, "center": [2 * scale, 2 * scale, 3 * scale], "size": [scale, scale]}
     scene = room(0.5, size=(4 * scale, 4 * scale, 3 * scale), luminaires=[panel])
     drawn = window_content((renderer.solve(scene, bands="31", accuracy=0.1),), _quiet)
@@ -103,7 +103,7 @@ def test_a_dark_room_has_a_scale_and_no_light(room, bands):
     assert all((values == 0).all() for values in drawn.colours.values())
 
 
-def test_a_click_reads_what_the_photometer_command_reads(room_file, here, tmp_path):
+def test_a_click_agrees_with_the_photometer_command(room_file, here, tmp_path):
     scene = room_file(0.5, objects=[CRATE])
     solution = renderer.solve(scene, bands="31", accuracy=0.1)
     eye = np.array([3.0, 3.1, 1.3])
