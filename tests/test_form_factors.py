@@ -160,8 +160,8 @@ def test_factors_of_whole_faces_agree_with_closed_forms(room):
     exchange = contour_exchange(mesh)
     floor, ceiling = mesh.surface == 0, mesh.surface == 1
     got = exchange.matrix[np.ix_(floor, ceiling)].sum() / 16
-    # Factors of far pairs are taken at their middles: 1 m patches at 3 m have an error of about (1/3)²/12, which
-    # balancing spreads. Near pairs are exact.
+    # Factors of far pairs are taken at their middles: 1 m patches at 3 m have an error of about (1/3)²/12,
+    # which balancing spreads. Near pairs are exact.
     assert got == pytest.approx(FORM_FACTORS["room 4x4x3 floor to ceiling"], rel=5e-3)
 
 

@@ -177,7 +177,7 @@ def test_a_lamp_in_the_ceilings_plane_shines_whatever_its_shape(room, lamp, gap)
     scenes = [room(0.5, luminaires=[x]) for x in ({**PANEL, **center}, {**base, **lamp, **center})]
     square, other = (renderer.solve(s, bands="rgb", accuracy=0.05).photometer([2, 2, 0], [0, 0, 1])
                      for s in scenes)
-    # Same area: from 3 m below, a disc and a square differ by some (0.1 / 3)² in their moments.
+    # Same area: from 3 m below, a disc and a square differ by about (0.1 / 3)², by their moments.
     assert other.direct_lx == pytest.approx(square.direct_lx, rel=3e-3)
     assert other.total_lx == pytest.approx(square.total_lx, rel=0.01)
 
