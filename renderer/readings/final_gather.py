@@ -67,7 +67,10 @@ class Gather:
         return seen
 
     def by_group(self, of: np.ndarray) -> "Gather":
-        """The same for radiosities of groups (n_groups, n_bands) in place of patches. of : (n_patches,)"""
+        """The weights for radiosities of groups (n_groups, n_bands) instead of patches.
+
+        of : (n_patches,) group of each patch
+        """
         ends = self.beyond
         return replace(self, beyond=sparse.csr_array((ends.data, of[ends.indices], ends.indptr),
                                                      shape=(ends.shape[0], int(of.max()) + 1)))

@@ -54,13 +54,14 @@ def rare_half_width(brightest: np.ndarray, unmet: np.ndarray, paths: np.ndarray)
 
 
 def counted_half_width(light: np.ndarray, rays: np.ndarray, replicas: int) -> np.ndarray:
-    """Error, at 95 %, of light whose visible share is counted by nets of rays in independent replicas that
-    may all have counted alike, in the unit of `light`.
+    """95 % half-width, in the unit of `light`, of light whose visible share is counted by rays, for replicas
+    that may all have the same count.
 
-    light : of which a share is hidden; rays : in each replica, of which each stands for light / rays
+    light : without obstruction; rays : in each replica, each representing light / rays
 
-    A net counts rays past a straight edge to within one, so a share p of all nets may count one more than the
-    others: of several replicas none does with a probability of (1 − p) to their power, 5 % for the p taken.
+    Nets count the rays past a straight edge to within one. If a share p of all nets counts one more than the
+    others, none of n replicas does so with a probability of (1 − p)ⁿ. The half-width is for the p at which
+    this is 5 %.
     """
     return light / rays * (1 - 0.05 ** (1 / replicas))
 

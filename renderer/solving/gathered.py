@@ -82,10 +82,10 @@ class BatchReading:
     steps : edge of a group over the edge of a patch
     replicas : (PATH_REPLICAS, n_meters, 1 + n_surfaces) [lx]
     these, narrow : (n_meters,) [lx] in the bands read and in bands of 2 nm
-    rare : (n_meters,) [lx], from `rare_half_width`; uncounted : (n_meters,) [lx] that and the error of
-      counting shadow rays
-    alike : (PATH_REPLICAS, n_meters) indirect light [lx], by paths that all end on one and the same solved
-      light
+    rare : (n_meters,) [lx], from `rare_half_width`; uncounted : (n_meters,) [lx] that and the error of the
+      count of shadow rays, in quadrature
+    alike : (PATH_REPLICAS, n_meters) indirect light [lx] by the paths of each replica, with one
+      solved light for all
     """
 
     straight: np.ndarray
@@ -136,7 +136,7 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
     if watch.stopped:
         paths[:] = MIN_PATHS
     rays = np.clip(paths // 2, MIN_SHADOW_RAYS, None)
-    # What a meter in the dark is read to: the lumens over all surfaces.
+    # The bar of a meter without light is relative to the mean illuminance of all surfaces.
     mean_lx = fields.rgb.flux.sum(axis=0) @ fields.rgb.bands.luminous / fields.transport.exchange.areas.sum()
     try:
         for round_ in range(max_rounds):
@@ -206,7 +206,7 @@ def _next(paths: np.ndarray, steps: np.ndarray, bars: np.ndarray, narrowed: np.n
     # Each step multiplies the mesh's error by the surfaces' reflectance, and costs a fraction of a finer
     # mesh.
     deeper = (steps < 6) & (~enough | dear)
-    done = lasting2 + narrowed**2 <= limit2  # by the shadow rays alone
+    done = lasting2 + narrowed**2 <= limit2  # with more shadow rays, without more paths
     none = done | (limit2 == 0) | ~enough & ~deeper & ((paths >= MAX_PATHS) | (narrowed**2 < lasting2))
     return np.where(none, 0.0, np.where(deeper, deep, more)), deeper & ~none
 

@@ -96,7 +96,7 @@ def make_reading_plan(scene: Scene, accuracy: float, patch_size: float | None, m
     loose = replace(loose, accuracy=accuracy)
     if not loose.by_paths(meters) or not any(lum.lumens for lum in scene.luminaires):
         return make_plan(scene, accuracy, patch_size)
-    # Twice the rays where deeper paths, which make up for few rays, would cost more.
+    # Twice the rays for high accuracies: with fewer, paths would need more steps, which cost more.
     rays = loose.rays and min(loose.rays, 128 if accuracy >= 0.005 else 256)
     by_paths = "meters are read by paths, for which a coarse mesh is enough"
     return replace(loose, rays=rays, pair_rays_allowed=False, gathered=True,

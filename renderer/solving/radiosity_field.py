@@ -134,7 +134,7 @@ class RadiosityField:
         replicas, stretch = transport.replicas, transport.stretch
         if replicas == 1:
             return []
-        gathering = transport.mesh.gathering  # facets of a group receive, and so depart, alike
+        gathering = transport.mesh.gathering  # all facets of a group have one irradiance
         one, of = (slice(None),) * 2 if gathering is None else (gathering.first, gathering.group)
         brought = transport.departures(self.radiosity)
         more = brought + (transport.direct_replicas - transport.direct)[:, one] @ self.flux / stretch

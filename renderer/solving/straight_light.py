@@ -1,4 +1,4 @@
-"""Light straight from luminaires to several meters, by as many shadow rays as each meter needs."""
+"""Direct light at several meters, with the number of shadow rays that each meter needs."""
 
 from collections.abc import Sequence
 
@@ -14,13 +14,14 @@ from renderer.transport.transport import Transport
 MIN_SHADOW_RAYS, MAX_SHADOW_RAYS = 32, 1 << 14
 """Fewest and most rays from a meter to each luminaire in each replica."""
 DIRECT_SHARE = 0.4
-"""Share of the error asked that direct light may have, where the whole error is wider than asked."""
+"""Share of the requested error that direct light may have, where the whole error is larger than requested."""
 ORDER = 0.75
-"""The error of a penumbra falls as rays to this power: the share of a net's points on one side of a line."""
+"""Power of the number of rays with which the error of a penumbra falls: the error of the share of a net's
+points on one side of a line."""
 
 
 class StraightLight:
-    """Illuminance straight from luminaires at several meters.
+    """Direct illuminance at several meters.
 
     rays : (n_meters,) shadow rays so far, to each luminaire in each replica
     per_lumen : (PATH_REPLICAS, n_meters, n_luminaires) illuminance per lumen [m⁻²]
@@ -36,13 +37,16 @@ class StraightLight:
         self._bare = unoccluded(position, normal, transport.luminaires)
 
     def cast(self, rays: np.ndarray) -> None:
-        """Cast rays from meters that shall have more of them, in place of the earlier ones: one large net is
-        better than several small ones. rays : (n_meters,) powers of 2, to each luminaire in each replica"""
+        """Cast more rays from meters that need them. They replace the earlier rays, because one large net has
+        a smaller error than several small ones.
+
+        rays : (n_meters,) powers of 2, to each luminaire in each replica
+        """
         for count in np.unique(rays[rays > self.rays]):
             some = np.flatnonzero((rays == count) & (rays > self.rays))
             doubtful = self.rays[some, None] == 0
             if not doubtful.all():
-                # Luminaires whose light is known keep it: together they have a tenth of the error at most.
+                # No rays go to luminaires that together have at most a tenth of the error.
                 error2 = np.square(self._of_each(some)).sum(axis=0)
                 doubtful = doubtful | (error2 > 0.1 * error2.mean(axis=1, keepdims=True))
             bare = np.where(doubtful, self._bare[some], 0.0)
@@ -55,8 +59,8 @@ class StraightLight:
         return self.per_lumen @ self._lumens
 
     def _of_each(self, some: slice | np.ndarray) -> np.ndarray:
-        """95 % half-widths of some meters (2, k, n_luminaires) [lx]: by the replicas' spread, and of the
-        count of rays past an edge."""
+        """95 % half-widths of some meters (2, k, n_luminaires) [lx]: from the spread of the replicas, and of
+        the count of rays past an edge."""
         spread = student(PATH_REPLICAS) * self.per_lumen[:, some].std(axis=0, ddof=1) / PATH_REPLICAS**0.5
         hidden = hidden_light(self.per_lumen[:, some], self._bare[some], self._transport.luminaires)
         count = counted_half_width(hidden, self.rays[some, None], PATH_REPLICAS)
@@ -72,9 +76,9 @@ class StraightLight:
         return np.hypot(spread, self.counting_errors())
 
     def wanted(self, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rays that meters need (n_meters,), as for `cast`, and the errors that they then have [lx].
+        """Rays that meters need (n_meters,), as for `cast`, and their expected errors with these rays [lx].
 
-        limit : (n_meters,) on the whole error [lx]
+        limit : (n_meters,) largest allowed error of the whole reading [lx]
         """
         error = self.errors()
         excess = error / np.maximum(DIRECT_SHARE * limit, 1e-300)
@@ -85,7 +89,7 @@ class StraightLight:
 
 def _kept(transport: Transport, spots: list[MeterPlace], rays: int, bare: np.ndarray) -> np.ndarray:
     """Illuminance per lumen (PATH_REPLICAS, n_meters, n_luminaires) [m⁻²], kept for the next room of this
-    shape. bare : (n_meters, n_luminaires) without shadows; 0 where it is not asked [m⁻²]"""
+    shape. bare : (n_meters, n_luminaires) without shadows; 0 for luminaires without rays [m⁻²]"""
     position, normal, origin = (np.array([getattr(spot, name) for spot in spots])
                                 for name in ("position", "normal", "origin"))
     key = "straight", rays, bare.tobytes(), origin.tobytes(), normal.tobytes()

@@ -28,8 +28,8 @@ def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminai
 
 
 def hidden_light(direct: np.ndarray, bare: np.ndarray, luminaires: list[Luminaire]) -> np.ndarray:
-    """Illuminance per lumen without shadows (…, n_luminaires) [m⁻²] of luminaires that rays found partly or
-    wholly hidden, whose visible share is a count of rays; 0 for others.
+    """Illuminance per lumen without shadows (…, n_luminaires) [m⁻²] of luminaires with extent that are
+    partly or wholly hidden, so that their visible share is a count of rays; 0 for others.
 
     direct : (replicas, …, n_luminaires) with shadows; bare : (…, n_luminaires) without
     """

@@ -80,7 +80,8 @@ class Gathering:
 class Gathered:
     """An operator between groups, applied to patches: a patch receives its group's mean.
 
-    matrix : S between groups (n_groups, n_groups) [m²]; means : (n_groups, n_patches), weights of `Gathering`
+    matrix : S between groups (n_groups, n_groups) [m²]; means : (n_groups, n_patches), from
+        `Gathering.weights`
     """
 
     def __init__(self, matrix, means: sparse.csr_array):

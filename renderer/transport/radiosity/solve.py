@@ -92,8 +92,11 @@ def radiosity(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray,
 
 def _of_gathered(exchange: Exchange, reflectance: np.ndarray, direct: np.ndarray, tolerance: float,
                  pattern: np.ndarray | None) -> tuple:
-    """`radiosity` of gathered facets. What a group sends is that of its mean radiosity and all its facets
-    receive alike, so the equation between the groups is exact."""
+    """`radiosity` for gathered facets. All facets of a group have one irradiance, and the light that a group
+    sends follows from its mean radiosity, so the equation between groups is exact.
+
+    pattern : `common_direct_pattern` of `radiosity`
+    """
     means, live = exchange.matrix.means, exchange.areas[:, None] > 0
     first = np.zeros(means.shape[0], dtype=int)
     first[exchange.group] = np.arange(len(exchange.group))  # a group has one surface
