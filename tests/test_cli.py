@@ -62,7 +62,8 @@ def test_photometer_prints_the_contracts_object(here, folder):
     assert set(reading) == {"name", "position", "normal", "illuminance_lx", "errors_lx", "xy", "cct_K", "duv",
                             "melanopic_edi_lx", "spectrum", "cri_ra", "cri_r9", "tm30_rf", "tm30_rg",
                             "melanopic_der",
-                            "alpha_opic", "change_from_lamps", "unknown", "rgb_error_percent"}
+                            "alpha_opic", "change_from_lamps", "unknown", "rgb_error_percent",
+                            "rgb_error_bar_percent"}
     assert set(reading["illuminance_lx"]) == {"direct", "indirect", "total", "uncertainty"}
     assert record["bands"] == "31"
     assert (record["version"], record["seed"]) == (renderer.__version__, 7)

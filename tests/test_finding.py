@@ -142,5 +142,8 @@ def test_a_photometer_says_it_and_agrees_with_rgb_itself(here, tmp_path):
     wanted = 100 * (other["illuminance_lx"]["total"] / one["illuminance_lx"]["total"] - 1)
     assert one["rgb_error_percent"] == pytest.approx(wanted, abs=2e-3)  # both solved to 2e-6 at least
     assert other["rgb_error_percent"] == pytest.approx(wanted, abs=2e-3)
+    light = one["illuminance_lx"]  # twice the bar in each of the two, as shares of the indirect and all light
+    bar = 2 * one["rgb_error_percent"] * light["uncertainty"] * (1 / light["indirect"] + 1 / light["total"])
+    assert one["rgb_error_bar_percent"] == other["rgb_error_bar_percent"] == pytest.approx(bar, rel=1e-9)
     assert spectral["finding"] == rgb["finding"]
     assert "too bright at floor centre" in spectral["finding"][0]

@@ -7,7 +7,7 @@ import numpy as np
 from renderer.colour.bands import BandSet
 from renderer.readings.alpha_opic import RECEPTORS, equivalent_daylight
 from renderer.readings.colorimetry import COLOUR, chromaticity, colour_of, colour_temperature
-from renderer.readings.finding import rgb_error_percent
+from renderer.readings.finding import of_reading, rgb_error_percent
 from renderer.readings.uncertainty import Figure
 from renderer.system.lazy import cached_property
 
@@ -79,6 +79,11 @@ class Reading:
     def rgb_error_percent(self) -> float | None:
         """100 (RGB ÷ 31 bands − 1) of the total illuminance [%]; None if dark or not known."""
         return None if self.rgb_lx is None else rgb_error_percent(self.rgb_lx, self.total_lx)
+
+    @property
+    def rgb_error_bar_percent(self) -> float | None:
+        """95 % half-width of `rgb_error_percent` [%]; None if dark or not known."""
+        return None if self.rgb_error_percent is None else of_reading(self)[0].bar_percent
 
     @cached_property
     def _colour(self) -> dict:

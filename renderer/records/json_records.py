@@ -70,6 +70,7 @@ def reading_record(reading: Reading, lamps: dict | None) -> dict:
         "errors_lx": {"mesh": reading.mesh_error, "sampling": reading.sampling_error,
                       "bands": reading.band_error},
         "rgb_error_percent": reading.rgb_error_percent,
+        "rgb_error_bar_percent": reading.rgb_error_bar_percent,
         **known,
         "change_from_lamps": {key: None if lamps is None or light[key] is None or lamps[key] is None
                               else light[key] - lamps[key] for key in light if key != "xy"},
@@ -148,7 +149,9 @@ def take_comparison(record: dict, spectral: dict) -> None:
     for kind in ("readings", "grids"):
         for own, other in zip(record[kind], spectral[kind], strict=True):
             own["rgb_error_percent"] = other["rgb_error_percent"]
-            if kind == "grids":
+            if kind == "readings":
+                own["rgb_error_bar_percent"] = other["rgb_error_bar_percent"]
+            else:
                 own["points"]["rgb_error_percent"] = other["points"]["rgb_error_percent"]
     record.update({key: spectral[key] for key in ("finding",) if key in spectral})
 
