@@ -175,7 +175,7 @@ class PointLuminaire(Luminaire):
         return np.broadcast_to(self.center, (*square.shape[:-1], 3))
 
     def distance(self, away: np.ndarray) -> np.ndarray:
-        return np.linalg.norm(away, axis=1)
+        return np.sqrt(np.einsum("ki,ki->k", away, away))  # a third of the time of numpy.linalg.norm
 
     def may_light(self, corners: np.ndarray, normals: np.ndarray, slack: float) -> np.ndarray:
         return np.einsum("ki,ki->k", corners.mean(axis=1) - self.center, normals) < -slack
