@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: compare test lint slow docs pictures gallery tradeoff validation held examples study three clean site lowest dist
+.PHONY: compare test lint slow docs pictures gallery tradeoff speed validation held examples study three clean site lowest dist
 
 compare: $(VENV)/installed
 	$(BIN)/renderer compare
@@ -54,6 +54,20 @@ tradeoff: $(VENV)/installed
 	for room in grey_room red_room furnished_room office; do \
 		$(BIN)/renderer tradeoff $$room --quiet > /dev/null && \
 		cp outputs/$${room}_tradeoff.png docs/pictures/tradeoff_$$room.png || exit 1; done
+	$(BIN)/python docs/insert.py
+
+# The tables of docs/performance.md, of one machine and one program: about half an hour on an idle machine.
+# DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
+speed: $(VENV)/installed
+	$(BIN)/pip install --quiet --editable '.[peers]'
+	mkdir -p outputs
+	$(BIN)/python benchmarks/trade.py > outputs/speed_trade.md
+	$(BIN)/python benchmarks/performance.py > outputs/speed_parts.md
+	$(BIN)/python benchmarks/speed.py 3 > outputs/speed_commands.md
+	$(BIN)/python benchmarks/estimates.py > outputs/speed_forecasts.md
+	$(BIN)/python benchmarks/peers.py picture > outputs/speed_pictures.md
+	$(BIN)/python benchmarks/peers.py bands > outputs/speed_bands.md
+	$(BIN)/python benchmarks/performance.py million > outputs/speed_million.md
 	$(BIN)/python docs/insert.py
 
 # The errors of RGB in many rooms, for docs/answer.md: about half an hour on two idle cores.

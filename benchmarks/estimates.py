@@ -20,7 +20,7 @@ RUNS = (["grey_room"], ["red_room"], ["red_room", "--accuracy", "0.3%"],
 
 def main() -> None:
     """Print forecast, result and ratio, one line for each run."""
-    print(f"{'':34}{'patches':>16}{'rays':>8}{'seconds':>20}{'GB':>20}{'widest bar':>22}")
+    print("| command | patches | seconds | memory, GB | rays | widest bar |\n|---|---|---|---|---|---|")
     for run in RUNS:
         command = [sys.executable, "-m", "renderer"]
         said = json.loads(subprocess.run([*command, "plan", *run, "--json"], check=True, capture_output=True,
@@ -35,10 +35,9 @@ def main() -> None:
             seconds = time.perf_counter() - started
         rays = f"{last['rays'] / got['rays']:.2f}" if got["rays"] else "none"
         bar = max(widths(got))
-        print(f"{' '.join(run):34}{last['patches']:>8}/{got['patches']:<7}{rays:>8}"
-              f"{said['seconds']:>9.1f}/{seconds:.1f} = {said['seconds'] / seconds:.2f}"
-              f"{said['memory'] / 1e9:>9.2f}/{taken / 1e9:.2f} = {said['memory'] / taken:.2f}"
-              f"{last['expected']:>10.2%}/{bar:.2%} = {last['expected'] / bar:.2f}", flush=True)
+        print(f"| `{' '.join(run)}` | {last['patches']:,}/{got['patches']:,} | "
+              f"{said['seconds']:.1f}/{seconds:.1f} | {said['memory'] / 1e9:.2f}/{taken / 1e9:.2f} | "
+              f"{rays} | {last['expected'] / bar:.2f} |", flush=True)
 
 
 def widths(record: dict) -> list[float]:

@@ -122,10 +122,8 @@ class Judge:
         return [np.sqrt(((a - b)[m] ** 2).mean() / 2) / ((a + b) / 2)[m].mean() for m in self.masks]
 
     def said(self, errors, means) -> str:
-        """Both errors, and the mean luminances."""
-        away = means[self.masks[1]].mean()
-        return (f"rms {errors[0]:.2%} of the mean; away from lamps {errors[1]:.2%}; "
-                f"mean {means.mean():.3f}, away from lamps {away:.4f} cd/m²")
+        """Both errors, and the mean luminance away from lamps, as cells of a table."""
+        return f"{errors[0]:.2%} | {errors[1]:.2%} | {means[self.masks[1]].mean():.3f}"
 
 
 def our_picture(scene, bands: str, accuracy: float):
@@ -148,37 +146,41 @@ def picture() -> None:
     converged = {bands: our_picture(scene, bands, CONVERGED) for bands in ("31", "rgb")}
     judge = Judge(converged["rgb"][1])
     away, shown = judge.masks[1], converged["rgb"][0]
-    print(f"furnished_room, {SIZE[0]} × {SIZE[1]} pixels; lamps and the pixels next to them are "
-          f"{1 - away.mean():.1%} of these and {1 - shown[away].sum() / shown.sum():.0%} of the mean")
+    print(f"Lamps and the pixels next to them are {1 - away.mean():.1%} of {SIZE[0]} × {SIZE[1]} pixels and "
+          f"{1 - shown[away].sum() / shown.sum():.0%} of the mean luminance.\n\n"
+          "| | seconds | all pixels | away from lamps | mean away from lamps, cd/m² |\n|---|---|---|---|---|")
     truth = None
     try:
         variant, made = mitsuba3.in_mitsuba(lambda process: mitsuba_pictures(process, scene, SPP))
         truth = made[-1][1]
         seconds, errors = [s for s, _ in made], [judge.noise(*pair) for _, pair in made]
         for spp, s, error, (_, pair) in zip(SPP, seconds, errors, made, strict=True):
-            print(f"  {mitsuba3.NAME}, {variant}, {spp} paths: {s:.1f} s, {judge.said(error, sum(pair) / 2)}")
-        print("    to 1 %: " + ", ".join(f"~{to_one_percent(seconds, e):.0f} s {what}" for e, what in zip(
-            zip(*errors, strict=True), ("all pixels", "away from lamps"), strict=True)))
+            print(f"| {mitsuba3.NAME}, {variant}, {spp} paths a pixel | {s:.1f} | "
+                  f"{judge.said(error, sum(pair) / 2)} |")
+        scaled = " | ".join(f"~{to_one_percent(seconds, e):.0f} s" for e in zip(*errors, strict=True))
+        print(f"| {mitsuba3.NAME}, to 1 % | | {scaled} | |")
     except CannotRun as fault:
-        print(f"  {fault}")
+        print(fault, file=sys.stderr)
     for bands, accuracy in product(("31", "rgb"), ACCURACIES):
         s, (shown, _) = timed(lambda b=bands, a=accuracy: our_picture(scene, b, a), 2)
         exact = converged[bands][0]
-        print(f"  renderer, {bands} bands at {accuracy:.1%}: {s:.1f} s, "
-              f"{judge.said(judge.against(shown, exact, exact), shown)}")
+        print(f"| renderer, {bands} bands at {accuracy:.1%} | {s:.1f} | "
+              f"{judge.said(judge.against(shown, exact, exact), shown)} |", flush=True)
         if truth and bands == "rgb":
-            print(f"    against {mitsuba3.NAME}'s: " + judge.said(judge.against(shown, *truth), shown))
+            errors = judge.against(shown, *truth)
+            print(f"| against {mitsuba3.NAME}'s picture | | {judge.said(errors, shown)} |")
     try:
         a, b = truth or (converged["rgb"][0],) * 2
         for what, parameters in (("paths", PATHS), *product(["ambient cache"], CACHES)):
             s, shown = clock(lambda p=parameters: radiance_picture(scene, p))
             errors = judge.against(shown, a, b)
-            print(f"  {radiance.NAME}, {what} ({parameters}): {s:.1f} s, {judge.said(errors, shown)}")
+            label = f"{what}, `{parameters.split(' -dj')[0]}`"
+            print(f"| {radiance.NAME}, {label} | {s:.1f} | {judge.said(errors, shown)} |", flush=True)
             if what == "paths":
-                print("    to 1 %: " + ", ".join(f"~{s * (e / ERROR) ** 2:.0f} s {where}" for e, where in zip(
-                    errors, ("all pixels", "away from lamps"), strict=True)))
+                scaled = " | ".join(f"~{s * (e / ERROR) ** 2:,.0f} s" for e in errors)
+                print(f"| {radiance.NAME}, paths, to 1 % | | {scaled} | |")
     except ImportError:
-        print(f"  {radiance.NAME} is skipped: the package pyradiance is not installed.")
+        print(f"{radiance.NAME} is skipped: the package pyradiance is not installed.", file=sys.stderr)
 
 
 def to_one_percent(seconds: list[float], errors: tuple[float, ...]) -> float:
@@ -245,22 +247,22 @@ def bands() -> None:
     for scene in map(renderer.load, ("red_room", "furnished_room")):
         three, many = (timed(lambda scene=scene, b=b: solve(scene, b).photometers())[0]
                        for b in ("rgb", "31"))
-        print(f"renderer, 31 bands over 3, readings of the {scene.title.lower()}: {many / three:.2f} times")
+        print(f"- renderer, 31 bands over 3, readings of the {scene.title.lower()}: {many / three:.2f} times")
     try:
         (_, (rgb,)), (variant, (spectral,)) = (
             mitsuba3.in_mitsuba(lambda process: mitsuba_pictures(process, scene, SPP[:1]), variants)
             for variants in (mitsuba3.VARIANTS, SPECTRAL))
         judge = Judge(np.mean(rgb[1], axis=0) > 1000)
         noise = judge.noise(*spectral[1])[1] / judge.noise(*rgb[1])[1]
-        print(f"{mitsuba3.NAME}, {variant} over RGB, the picture with {SPP[0]} paths: "
+        print(f"- {mitsuba3.NAME}, {variant} over RGB, the picture with {SPP[0]} paths: "
               f"{spectral[0] / rgb[0]:.2f} times the seconds, {noise:.2f} times the noise away from lamps")
     except CannotRun as fault:
         print(fault)
     try:
         three, many = (timed(lambda more=more: radiance_picture(scene, PATHS + more, 1), 2)[0]
                        for more in ("", " -cs 24"))
-        print(f"{radiance.NAME}, 24 bands over 3, the picture by paths, one ray a pixel: {many / three:.2f} "
-              "times the seconds")
+        print(f"- {radiance.NAME}, 24 bands over 3, the picture by paths, one ray a pixel: "
+              f"{many / three:.2f} times the seconds")
     except ImportError:
         print(f"{radiance.NAME} is skipped: the package pyradiance is not installed.")
 

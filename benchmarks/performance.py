@@ -1,8 +1,9 @@
-"""Times of form factors, solves and pictures, and their growth (docs/performance.md).
+"""Times of form factors, solves and pictures, and their growth: a table of docs/performance.md.
 
     .venv/bin/python benchmarks/performance.py [factors] [reuse] [picture] [bands] [growth] [million]
 
-Without an argument all parts run; the last two have up to a million patches and take minutes and 5 GB.
+Without an argument all parts but the last run. The last two have up to a million patches and take minutes and
+5 GB; the last prints a table of its own.
 Compares with pyViewFactor where that is installed (pip install pyviewfactor numba). Run nothing else
 meanwhile.
 """
@@ -61,6 +62,11 @@ def timed(work, runs: int = RUNS) -> tuple[float, object]:
     return statistics.median(times), made
 
 
+def row(quantity: str, part: str, aim: str, measured: str) -> None:
+    """Print one line of the table."""
+    print(f"| {quantity} | `{part}` | {aim} | {measured} |", flush=True)
+
+
 def mesh_of(text: str, patch_size: float):
     """The patches of a scene given as text."""
     with tempfile.TemporaryDirectory() as folder:
@@ -80,8 +86,8 @@ def factors() -> None:
     """Form factors of about 1,500 patches, in an empty room and with a crate."""
     empty = mesh_of(BOX, 0.238)
     seconds, exchange = timed(lambda: contour_exchange(empty))
-    print(f"form factors, empty box, {len(empty.patches)} patches: {seconds:.2f} s, closure before balancing "
-          f"{exchange.closure_error:.0e}")
+    row(f"form factors, empty box, {len(empty.patches):,} patches", "factors", "0.1 s, closure 1e-6",
+        f"{seconds:.2f} s; closure {exchange.closure_error:.0e} before balancing")
     crate = mesh_of(BOX + CRATE, 0.247)
 
     def by_pairs(rays: int):
@@ -91,13 +97,13 @@ def factors() -> None:
         return count(crate, cast(crate, RayScene(crate), rays, (seed,)))
 
     truth = to_surfaces(crate, by_hemispheres(REFERENCE_RAYS, 1))
-    for way, name in ((by_pairs, "rays between doubtful pairs"), (by_hemispheres, "rays all over")):
+    for way, name in ((by_pairs, "rays between doubtful pairs"), (by_hemispheres, "rays over hemispheres")):
         for rays in RAYS:
             seconds, exchange = timed(lambda way=way, rays=rays: way(rays))
             error = np.abs(to_surfaces(crate, exchange) - truth)
-            print(f"form factors, with a crate, {len(crate.patches)} patches, {name}, {rays} a patch: "
-                  f"{seconds:.2f} s, patch-to-surface error {np.sqrt((error**2).mean()):.4f} rms, "
-                  f"{error.max():.4f} at most")
+            asked = "0.3 s, error 0.002" if way is by_pairs and rays == RAYS[0] else ""
+            row(f"with a crate, {len(crate.patches):,} patches, {name}, {rays:,} a patch", "factors", asked,
+                f"{seconds:.2f} s; error {np.sqrt((error**2).mean()):.4f} rms, {error.max():.4f} at most")
     peer(empty, None)
     peer(crate, truth)
 
@@ -109,7 +115,7 @@ def peer(mesh, truth: np.ndarray | None) -> None:
         import pyviewfactor
         import pyvista
     except ImportError:
-        print("pyviewfactor is not installed: pip install pyviewfactor numba")
+        print("pyviewfactor is not installed: pip install pyviewfactor numba", file=sys.stderr)
         return
     kept = np.ones(len(mesh.patches), dtype=bool) if truth is None else RayScene(mesh).exposed
     body = pyvista.PolyData(mesh.vertices, np.concatenate([[4, *patch] for patch in mesh.patches[kept]]))
@@ -118,11 +124,13 @@ def peer(mesh, truth: np.ndarray | None) -> None:
     matrix(body.extract_cells(range(40)).extract_surface(algorithm=None), obstacles=walls)  # compiles
     seconds, made = timed(lambda: matrix(body, obstacles=walls, skip_obstruction=truth is None), 1)
     sums = made.T @ np.eye(mesh.surface.max() + 1)[mesh.surface[kept]]
-    said = f"sums of factors {sums.sum(axis=1).min():.4f} to {sums.sum(axis=1).max():.4f}"
+    said = f"sums {sums.sum(axis=1).min():.4f} to {sums.sum(axis=1).max():.4f}"
     if truth is not None:
         error = np.abs(sums - truth)
-        said += f", patch-to-surface error {np.sqrt((error**2).mean()):.4f} rms, {error.max():.4f} at most"
-    print(f"  pyViewFactor, the same {len(mesh.patches)} patches: {seconds:.2f} s, {said}")
+        said = f"error {np.sqrt((error**2).mean()):.4f} rms, {error.max():.4f} at most"
+    where = "empty box" if truth is None else "with a crate"
+    row(f"pyViewFactor, {where}, the same {len(mesh.patches):,} patches", "factors", "",
+        f"{seconds:.2f} s; {said}")
 
 
 def reuse() -> None:
@@ -138,8 +146,8 @@ def reuse() -> None:
         again, _ = timed(lambda scene=scene, store=store: solve(scene, "31", store=store))
         three, _ = timed(lambda scene=scene, store=store: solve(scene, "rgb", store=store))
         patches = len(solved.transport.mesh.patches)
-        print(f"{name}, {patches} patches: first solve {cold:.2f} s, another material {again:.3f} s "
-              f"({again / cold:.1%}); the same in RGB {three:.3f} s")
+        row(f"another material in the same geometry, {name}, {patches:,} patches", "reuse",
+            "10 % of the first solve", f"{again / cold:.1%} of {cold:.2f} s; in RGB {three / cold:.1%}")
 
 
 def picture() -> None:
@@ -162,8 +170,8 @@ def picture() -> None:
         command = [sys.executable, "-m", "renderer", "render", str(path), "--accuracy", "5%", "--no-cache",
                    "--quiet", "--out", folder]
         whole, _ = timed(lambda: subprocess.run(command, check=True, capture_output=True))
-    print(f"furnished_room, 512 × 384 pixels, 31 bands at 5 %: {seconds:.1f} s, rms error of luminance "
-          f"{error:.2%} of the mean; the command render, from its start to four files: {whole:.1f} s")
+    row("picture, 512 × 384, 31 bands at 5 %, furnished room: solve and draw", "picture", "3 s at 1 % rms",
+        f"{seconds:.1f} s at {error:.2%}; the command render, from its start to four files, {whole:.1f} s")
 
 
 def bands() -> None:
@@ -179,8 +187,8 @@ def bands() -> None:
                 solve(scene, bands).photometers()
                 seconds.append(time.perf_counter() - started)
         three, many = map(statistics.median, taken.values())
-        print(f"{name}, readings with error bars: RGB {three:.2f} s, 31 bands {many:.2f} s, "
-              f"{many / three:.2f} times")
+        row(f"31 bands over RGB, readings with error bars, {name}", "bands", "1.05 times",
+            f"{many / three:.2f} times, {many:.2f} over {three:.2f} s")
 
 
 def million() -> None:
@@ -195,13 +203,15 @@ def million() -> None:
                                 "--quiet", "--no-cache"], stdout=subprocess.PIPE, text=True)
         got = json.loads(run.stdout.read())
         used = os.wait4(run.pid, 0)[2]
-    print(f"the furnished room, {got['patches']} patches, 31 bands, four readings: "
-          f"{time.perf_counter() - started:.0f} s, {used.ru_maxrss * 1024 / 1e9:.1f} GB, energy balance "
-          f"{got['energy_balance_error']:.0e}")
+        seconds = time.perf_counter() - started
+    print(f"In 31 bands, {got['patches']:,} patches take {seconds:.0f} s (aim: 120) and "
+          f"{used.ru_maxrss * 1024 / 1e9:.1f} GB (aim: 8); energy balances to "
+          f"{got['energy_balance_error']:.0e}.\n\n| photometer | {got['patches']:,} patches | "
+          f"{len(coarse.radiosity):,} patches |\n|---|---|---|")
     for reading, other in zip(got["readings"], coarse.photometers(), strict=True):
         lux = reading["illuminance_lx"]
-        print(f"  {reading['name']}: {lux['total']:.3f} ± {lux['uncertainty']:.3f} lx; "
-              f"{len(coarse.radiosity)} patches: {other.total_lx:.3f} ± {other.uncertainty:.3f}")
+        print(f"| {reading['name']} | {lux['total']:.3f} ± {lux['uncertainty']:.3f} lx | "
+              f"{other.total_lx:.3f} ± {other.uncertainty:.3f} lx |")
 
 
 def growth() -> None:
@@ -219,17 +229,21 @@ def growth() -> None:
         lux = (direct + indirect.sum(axis=0)) @ solution.bands.luminous
         found.append((len(transport.mesh.patches), seconds))
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
-        print(f"{found[-1][0]:>9} patches, 64 rays each: {seconds:7.1f} s, {lux:.2f} lx at {spot.name!r}; "
-              f"{memory:.1f} GB at most so far", flush=True)
+        row(f"{found[-1][0]:,} patches with 64 rays each, one reading without its error", "growth", "",
+            f"{seconds:.1f} s, {lux:.2f} lx {spot.name}; {memory:.1f} GB")
     n, t = np.log(found).T
-    print(f"growth from {found[0][0]} to {found[-1][0]} patches: exponent {np.polyfit(n, t, 1)[0]:.2f}")
+    row("growth of time with patches over these", "growth", "exponent 1.1",
+        f"{np.polyfit(n, t, 1)[0]:.2f}")
 
 
 def main() -> None:
     """Run the parts of the arguments, or all."""
     parts = {"factors": factors, "reuse": reuse, "picture": picture, "bands": bands, "growth": growth,
              "million": million}
-    for name in sys.argv[1:] or parts:
+    names = sys.argv[1:] or [name for name in parts if name != "million"]
+    if names != ["million"]:
+        print("| quantity | part | aim | measured |\n|---|---|---|---|", flush=True)
+    for name in names:
         parts[name]()
 
 

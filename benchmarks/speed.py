@@ -1,4 +1,4 @@
-"""Times of whole commands, and of 31 bands over 3.
+"""Times of whole commands, and of 31 bands over 3: a table of docs/performance.md.
 
     .venv/bin/python benchmarks/speed.py [RUNS]
 
@@ -27,21 +27,21 @@ def seconds(*arguments: str, folder: str) -> float:
 def main() -> None:
     """Print the table."""
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else 5
-    print(f"{os.cpu_count()} cores, {runs} runs each, medians")
+    print(f"| command, {os.cpu_count()} cores, medians of {runs} | seconds | over RGB |\n|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         seconds("--help", folder=folder)
         for name, command in (("renderer --help", ["--help"]),
                               ("renderer compare", ["compare", "--quiet", "--no-cache"])):
             times = [seconds(*command, folder=folder) for _ in range(runs)]
-            print(f"{name:44}{statistics.median(times):8.2f} s  ({min(times):.2f} to {max(times):.2f})")
+            print(f"| `{name}` | {statistics.median(times):.2f} | |", flush=True)
         for command in ("photometer", "render"):
             for room in ROOMS:
                 pairs = [[seconds(command, room, "--bands", bands, "--quiet", "--no-cache", folder=folder)
                           for bands in ("rgb", "31")] for _ in range(runs)]
                 rgb, spectral = (statistics.median(column) for column in zip(*pairs, strict=True))
                 ratio = statistics.median(b / a for a, b in pairs)
-                print(f"{command + ' ' + room:44}{rgb:8.2f} s in RGB {spectral:8.2f} s in 31 bands: "
-                      f"{ratio:.3f} times")
+                print(f"| `renderer {command} {room}`, 31 bands | {spectral:.2f} | {ratio:.2f} times "
+                      f"{rgb:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -106,8 +106,10 @@ def million() -> None:
 def _of_performance(part: str) -> None:
     script = Path(__file__).with_name("performance.py")
     said = subprocess.run([sys.executable, script, part], capture_output=True, text=True, check=True).stdout
-    for line in filter(None, said.splitlines()):
-        row(line, "", "", "", "keep")
+    for line in said.splitlines():
+        cells = [cell.strip() for cell in line.strip("| ").split("|")]
+        if len(cells) > 1 and not set(line) <= set("|-"):
+            row(cells[0], cells[-1], "", "", "keep")
 
 
 def command(*arguments: str, runs: int = 2) -> float:
