@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import renderer
+from renderer.cli.terminal import warn
 from renderer.readings.glare import rate
 from renderer.readings.uncertainty import Figure
 from renderer.scene.reading import packaged_scenes
+from renderer.solving.refine import solve_and_read
 from renderer.solving.transport_store import TransportStore
 
 ACCURACY = 0.3
@@ -71,6 +73,14 @@ def test_all_their_lumens_arrive(solved, name):
     solution = solved(name)
     assert solution.transport.exchange.areas @ solution.transport.direct == pytest.approx(1, rel=1e-9)
     assert solution.energy_balance_error < 1e-6
+
+
+@pytest.mark.parametrize("name", ["office", "classroom", "gallery"])
+def test_their_readings_come_without_a_warning(name, capsys):
+    scene = renderer.load(name)
+    solution, _ = solve_and_read(scene, "rgb", 0.1, spots=[((2.0, 2.0, 0.8), (0, 0, 1), "meter")])
+    warn(solution, [], 0.1)
+    assert capsys.readouterr().err == ""
 
 
 def test_rgb_makes_light_from_a_red_wall_too_bright(solved):

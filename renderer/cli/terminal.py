@@ -91,7 +91,8 @@ def warn(solution, figures: list, asked: float) -> None:
         say(f"warning: {solution.scene.title}: {stray:.1%} of the light leaves through gaps or meets the "
             f"back of a face, most of it from {surface!r}: readings are off by up to {stray * f.value:.2g} "
             f"lx ({f.name!r}). Close the gaps there, or turn round the faces that show their backs.")
-    if exchange.reciprocity_error > 0.5:
+    # The bars of meters read by paths hold what few rays between small patches leave unknown.
+    if exchange.reciprocity_error > 0.5 and not solution.plan.gathered:
         first, second = (solution.scene.surface_names[k] for k in exchange.worst_pair)
         say(f"warning: {solution.scene.title}: before balancing, the form factors between {first!r} "
             f"and {second!r} differ by {exchange.reciprocity_error:.0%} of the smaller patch's light: the "
