@@ -136,7 +136,7 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
     if watch.stopped:
         paths[:] = MIN_PATHS
     rays = np.clip(paths // 2, MIN_SHADOW_RAYS, None)
-    # The bar of a meter without light is relative to the mean illuminance of all surfaces.
+    # The bar of a meter without light is relative to a quarter of the mean illuminance of all surfaces.
     mean_lx = fields.rgb.flux.sum(axis=0) @ fields.rgb.bands.luminous / fields.transport.exchange.areas.sum()
     try:
         for round_ in range(max_rounds):
@@ -151,15 +151,16 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
             if areas:
                 asked[values - bars <= (values + bars).min()] = accuracy
             lit = values > 0
-            limit = asked * np.where(lit, values, mean_lx)
+            limit = asked * np.where(lit, values, mean_lx / 4)
             wide = bars > limit
             rays, straight = tally.straight.wanted(limit)
             rays = np.where(wide, rays, tally.straight.rays)
             more, deeper = _next(tally.paths, steps, bars, found.path_errors(), tally.straight.errors(),
                                  straight, limit)
-            # A meter that no light has reached gets 8 times the paths in each round, up to 1024 in a replica.
-            dark = np.where(tally.paths < 1024, 8 * tally.paths, 0.0)
-            paths = np.where(wide, np.where(lit, more, dark), 0.0)
+            # The bar of a meter that no light has reached falls with its paths: up to 8 times as many in each
+            # round, until it has 1024 in a replica.
+            dark = tally.paths * np.clip(found.path_errors() / (SAMPLING_SHARE * limit) - 1, 0, 8)
+            paths = np.where(wide, np.where(lit, more, np.where(tally.paths < 1024, dark, 0.0)), 0.0)
             some = np.flatnonzero(paths)
             if not len(some) and (rays == tally.straight.rays).all():
                 break
