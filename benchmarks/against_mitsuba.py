@@ -22,9 +22,10 @@ import renderer
 from renderer.colour.tables import munsell_chips
 from renderer.scene.reading import revised
 from renderer.scene.scene import Scene
-from renderer.solving.solution import solve
+from renderer.solving.solution import Solution, solve
 from renderer.studies.peers import mitsuba3
-from renderer.studies.peers.export import CannotRun, hand_over
+from renderer.studies.peers.export import LIFT, POINT_SIZE, CannotRun, across, hand_over
+from renderer.transport.direct.direct import direct_at
 
 sys.path.insert(0, str(Path(__file__).parent))
 from drawn_rooms import drawn_scene
@@ -35,6 +36,9 @@ FLOOR = 2e-4
 DARK = 1e-3
 """Readings below this share of the room's largest are left out, because their relative errors mean
 nothing."""
+NEAR_AN_EDGE = 0.03
+"""Change of the direct light over the size of the peer's points and meters, relative to the reading, above
+which the peer's meter is partly in a shadow."""
 LAMPS = ("FL2", "FL11", "LED-B1", "LED-B3", "LED-RGB1", "LED-V1", "D65", "A")
 
 
@@ -88,7 +92,8 @@ def run(process, seeds: list[int], accuracies: list[float], seconds: float, out:
             try:
                 scene = drawn_scene(seed, Path(folder))
                 scene = painted(scene, seed) if coloured else scene
-                ours = {a: solve(scene, "31" if coloured else "rgb", a).photometers() for a in accuracies}
+                solutions = {a: solve(scene, "31" if coloured else "rgb", a) for a in accuracies}
+                ours = {a: solution.photometers() for a, solution in solutions.items()}
             except (renderer.InputError, renderer.SolveError) as fault:
                 row["refused"] = str(fault)
             else:
@@ -98,9 +103,35 @@ def run(process, seeds: list[int], accuracies: list[float], seconds: float, out:
                        for same in zip(*ours.values(), strict=True)]
                 task = process.submit(mitsuba3.read_all, hand_over(scene, coloured), seed, aim, seconds)
                 row["theirs"] = task.result()
+                row["alike"] = alike(solutions[accuracies[0]], [r.total_lx for r in ours[accuracies[0]]])
             with out.open("a") as file:
                 file.write(json.dumps(row) + "\n")
             print(line(row), flush=True)
+
+
+def alike(solution: Solution, readings: list[float]) -> list[bool]:
+    """Whether each meter reads the same quantity in both programs, by the scene alone.
+
+    The peer lifts lamps off their surfaces, and has small squares in place of meters and of Lambertian
+    points. So a meter on a lamp's face does not, nor one at the edge of a shadow, where the direct light
+    changes within the square.
+
+    readings : of the scene's meters [lx]
+    """
+    scene, transport = solution.scene, solution.transport
+    size, lumens = POINT_SIZE * scene.room.scale, np.array([lum.lumens for lum in scene.luminaires])
+    kept = []
+    for photometer, lx in zip(scene.photometers, readings, strict=True):
+        position, normal = np.array(photometer.position), np.array(photometer.normal)
+        normal = normal / np.linalg.norm(normal)
+        on_face = any(lum.distance((position - lum.center)[None])[0] < 2 * LIFT * scene.room.scale
+                      for lum in transport.luminaires if not lum.is_point)
+        u, v = across(normal)
+        places = position + size * np.array([0 * u, u, -u, v, -v])
+        direct = direct_at(places, np.tile(normal, (5, 1)), transport.luminaires, transport.ray_scene,
+                           (0,))[0] @ lumens
+        kept.append(bool(not on_face and np.ptp(direct) <= NEAR_AN_EDGE * lx))
+    return kept
 
 
 def line(row: dict) -> str:
@@ -120,15 +151,16 @@ def table(done: list[dict]) -> None:
     """Print the share of readings inside both bars, and the width of the bars here."""
     refused = [row for row in done if "refused" in row]
     some = [row for row in done if "ours" in row]
-    print(f"\n{len(some)} rooms, {len(refused)} more refused\n"
+    left = sum(not like for row in some for like in row["alike"])
+    print(f"\n{len(some)} rooms, {len(refused)} more refused, {left} meters on lamps or at edges of shadows\n"
           "| asked | readings | inside both bars | mean error/bar | worst error/bar | median error | "
           "median of our bar | bar over error | Mitsuba's bar |\n|---|---|---|---|---|---|---|---|---|")
     for accuracy in some[0]["ours"] if some else ():
         rows = []
         for row in some:
             most = max(t[0] for t in row["theirs"])
-            pairs = zip(row["ours"][accuracy], row["theirs"], strict=True)
-            rows += [(o[0] - t[0], o[1], t[1], t[0]) for o, t in pairs if t[0] > DARK * most]
+            trios = zip(row["ours"][accuracy], row["theirs"], row["alike"], strict=True)
+            rows += [(o[0] - t[0], o[1], t[1], t[0]) for o, t, like in trios if like and t[0] > DARK * most]
         apart, bar, their, lx = np.array(rows).T
         both = np.hypot(bar, their)
         over = apart / both
