@@ -58,7 +58,7 @@ def test_a_hole_in_a_reveal_is_an_opening_whose_lost_light_is_stated():
     (reading,), (whole,) = read(name), read(BOX)
     (said,) = escapes(solved(name), [reading.figure])
     assert "2.4 m² around [2.5, -0.2, 1.5]" in said
-    lower = float(said.split("some ")[1].split(" lx")[0])
+    lower = float(said.split("about ")[1].split(" lx")[0])
     # A mean of all surfaces; the meter is in a corner beside the window's wall.
     assert reading.total_lx + lower == pytest.approx(whole.total_lx, abs=0.3 * lower + reading.uncertainty)
 

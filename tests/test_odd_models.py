@@ -103,7 +103,7 @@ def test_a_hole_states_its_effect_in_lx_and_is_silent_below_the_bars(loaded):
     escaping = escaped(solution)[0]["escaping_lm"]
     inner = AREA - 4 * 2.7  # without the wall that is missing
     assert loss(solution, escaping) == pytest.approx((received[0] - received[1]) / inner, rel=1e-6)
-    stated = float(escapes(solution, [])[0].split("some ")[1].split(" lx")[0])
+    stated = float(escapes(solution, [])[0].split("about ")[1].split(" lx")[0])
     assert stated == pytest.approx(loss(solution, escaping), abs=0.05)  # printed with one decimal
     # A slit of 1 mm along a wall of 4 m, in a floor whose edge falls short of it.
     short = np.vstack([CORNERS, [(4.999, 0, 0), (4.999, 4, 0)]])
