@@ -24,23 +24,22 @@ view.direct(solution, solution.bands.xyz), view.indirect(solution, solution.band
 """
 
 def looser() -> None:
-    """10 % over 1 %, of whole commands and from a loaded scene. A command also draws the plans of grids."""
+    """10 % over 1 %, from a loaded scene, and of whole commands, which also draw the plans of grids. The
+    furnished room takes hardly longer than the smallest command."""
     smallest = command("photometer", SMALLEST)
     for name in ("office", "classroom", "gallery", "furnished_room"):
-        loose, fine = (command("photometer", name, "--accuracy", accuracy) for accuracy in ("10%", "1%"))
-        row(f"{name}, 10 % over 1 %, past the smallest command", f"{loose:.2f} s", f"{fine:.2f} s",
-            f"{(loose - smallest) / (fine - smallest):.2f}", "≤ 0.4")
         loose, fine = (_read(name, accuracy) for accuracy in (0.1, 0.01))
         row(f"{name}, 10 % over 1 %, from a loaded scene", f"{loose:.2f} s", f"{fine:.2f} s",
             f"{loose / fine:.2f}", "≤ 0.4")
+        if name == "furnished_room":
+            break
+        loose, fine = (command("photometer", name, "--accuracy", accuracy) for accuracy in ("10%", "1%"))
+        row(f"{name}, 10 % over 1 %, past the smallest command", f"{loose:.2f} s", f"{fine:.2f} s",
+            f"{(loose - smallest) / (fine - smallest):.2f}", "≤ 0.4")
 
 
 def meters() -> None:
     """Office over furnished room."""
-    smallest = command("photometer", SMALLEST)
-    many, few = (command("photometer", name) for name in ("office", "furnished_room"))
-    row("office over furnished room, past the smallest command", f"{many:.2f} s", f"{few:.2f} s",
-        f"{(many - smallest) / (few - smallest):.2f}", "≤ 3")
     many, few = (_read(name, 0.01) for name in ("office", "furnished_room"))
     row("office over furnished room, from a loaded scene", f"{many:.2f} s", f"{few:.2f} s",
         f"{many / few:.2f}", "≤ 3")
