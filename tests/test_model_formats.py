@@ -1,18 +1,16 @@
-"""Formats of model files: PLY, glTF, COLLADA and 3MF, compression, units, and files that cannot be read."""
+"""Formats of model files: PLY and glTF, compression, and files that cannot be read."""
 
 import base64
 import contextlib
-import io
 import json
 import struct
-import zipfile
 from functools import cache
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from model_measures import CHAIR, area, box, model, volume
+from model_measures import CHAIR, COLLADA, TETRAHEDRON, area, box, model, package
 
 import renderer
 from renderer.scene.model_files.read import read_polygons
@@ -104,40 +102,6 @@ def test_meshopt_compression(tmp_path):
     assert area(model(gltf(tmp_path, change=change, binary=packed + index))) == pytest.approx(1.0)
 
 
-COLLADA = """<?xml version="1.0"?>
-<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit meter="0.01"/><up_axis>Z_UP</up_axis></asset>
-<library_effects><effect id="e"><profile_COMMON><technique sid="t"><lambert><diffuse>
-<color>0.5 0.5 0.5 1</color></diffuse></lambert></technique></profile_COMMON></effect></library_effects>
-<library_materials><material id="m" name="felt"><instance_effect url="#e"/></material></library_materials>
-<library_geometries><geometry id="g" name="angle"><mesh>
-<source id="p">
-<float_array id="a" count="18">0 0 0 200 0 0 200 100 0 100 100 0 100 200 0 0 200 0</float_array>
-<technique_common><accessor source="#a" count="6" stride="3"><param name="X" type="float"/>
-<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
-<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<polylist material="s" count="1"><input semantic="VERTEX" source="#v" offset="0"/><vcount>6</vcount>
-<p>3 4 5 0 1 2</p></polylist></mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="w"><node name="stand"><scale>1 2 1</scale>
-<instance_geometry url="#g"><bind_material><technique_common>
-<instance_material symbol="s" target="#m"/></technique_common></bind_material>
-</instance_geometry></node></visual_scene></library_visual_scenes>
-<scene><instance_visual_scene url="#w"/></scene></COLLADA>"""
-
-
-def test_collada_says_its_unit_and_its_axis(tmp_path):
-    (tmp_path / "angle.dae").write_text(COLLADA)
-    found = model(tmp_path / "angle.dae")
-    assert area(found) == pytest.approx(6.0, rel=1e-6)  # an L of 3 m², twice as long
-    assert found.taken == "z up"
-    assert found.names == [("felt", "angle", "stand")]
-    np.testing.assert_allclose(found.colours[0], ((0.5 + 0.055) / 1.055) ** 2.4)
-    typed = COLLADA.replace("<asset>", '<!DOCTYPE x SYSTEM "/etc/passwd"><asset>')
-    (tmp_path / "angle.dae").write_text(typed)
-    with pytest.raises(renderer.InputError, match="XML entities"):
-        model(tmp_path / "angle.dae")
-
-
 @pytest.mark.parametrize(("name", "data", "word"), [
     ("chair.skp", b"x", "SketchUp"), ("chair.fbx", b"x", "FBX"), ("chair.xyz", b"x", "not read"),
     ("chair.gltf", b'{"asset": {"version": "1.0"}}', "glTF 1.0"),
@@ -203,121 +167,6 @@ def test_a_mutated_file_is_read_or_refused_in_one_sentence(tmp_path, data):
     with contextlib.suppress(renderer.InputError):  # anything else fails the test
         found = model(tmp_path / f"mutated.{kind}")
         assert np.isfinite(found.shapes.vertices[found.shapes.faces]).all()
-
-
-def in_collada(tmp_path, *changes):
-    text = COLLADA
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (tmp_path / "changed.dae").write_text(text)
-    return model(tmp_path / "changed.dae")
-
-
-def test_collada_polygons_with_holes_strips_and_fans(tmp_path):
-    points = ('18">0 0 0 200 0 0 200 100 0 100 100 0 100 200 0 0 200 0',
-              '24">0 0 0 300 0 0 300 300 0 0 300 0 100 100 0 200 100 0 200 200 0 100 200 0')
-    eight = [points, ('count="6" stride', 'count="8" stride')]
-    start, end = COLLADA.index("<polylist"), COLLADA.index("</mesh>")
-    vertex = '<input semantic="VERTEX" source="#v" offset="0"/>'
-    holed = "<ph><p>0 1 2 3</p><h>{}</h></ph>"
-    for body, expected in (
-            (f'<polygons count="1">{vertex}{holed.format("4 7 6 5")}</polygons>', 8.0),
-            (f'<polygons count="2">{vertex}<p>4 5 6 7</p>{holed.format("4 5 6 7")}</polygons>', 9.0),
-            (f'<tristrips count="1">{vertex}<p>0 1 3 2</p></tristrips>', 9.0),
-            (f'<trifans count="1">{vertex}<p>0 1 2 3</p></trifans>', 9.0)):
-        found = in_collada(tmp_path, *eight, (COLLADA[start:end], body), ("<scale>1 2 1", "<scale>1 -1 1"))
-        assert area(found) == pytest.approx(expected, rel=1e-6)
-
-
-def test_collada_instances_of_nodes_in_inches(tmp_path):
-    nodes = ('<library_nodes><node id="n"><scale>2 2 1</scale><instance_geometry url="#g"/></node>'
-             "</library_nodes><library_visual_scenes>")
-    found = in_collada(tmp_path, ("<library_visual_scenes>", nodes), ('<unit meter="0.01"/>',
-                       '<unit name="inch" meter="0.0254"/>'), ('<node name="stand">', '<node name="stand">'
-                       '<instance_node url="#n"/><instance_node url="other.dae#n"/>'))
-    assert area(found) == pytest.approx((2 * 3 + 8 * 3) * 2.54**2, rel=1e-6)
-    assert "not all of it can be read (Invalid url in node instance other.dae#n)" in found.said
-
-
-def test_collada_without_a_colour_or_with_a_missing_texture_is_not_black(tmp_path):
-    colour = "<diffuse>\n<color>0.5 0.5 0.5 1</color></diffuse>"
-    assert in_collada(tmp_path, (colour, "")).colours == [None]
-    found = in_collada(tmp_path, (colour, '<diffuse><texture texture="gone" texcoord="UV"/></diffuse>'))
-    assert found.colours == [None]
-    assert "a texture of it cannot be read" in found.said
-
-
-TETRAHEDRON = "".join(("<mesh><vertices>", *(
-    f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in ((0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3))),
-    "</vertices><triangles>", *(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in (
-        (0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))), "</triangles></mesh>"))
-
-
-def package(build, *objects, other="", unit=' unit="inch"') -> bytes:
-    """A 3MF file of a main part and of another part with objects."""
-    space = ('xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" '
-             'xmlns:p="http://schemas.microsoft.com/3dmanufacturing/production/2015/06"')
-    relations = ('<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-                 '<Relationship Id="r" Target="/3D/3dmodel.model" '
-                 'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>')
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w") as archive:
-        archive.writestr("_rels/.rels", relations)
-        for name, some, items in (("3dmodel", "".join(objects), build), ("other", other, "")):
-            archive.writestr(f"3D/{name}.model", f"<model{unit} {space}><resources>{some}</resources>"
-                                                 f"<build>{items}</build></model>")
-    return data.getvalue()
-
-
-def in_3mf(tmp_path, *args, **parts):
-    (tmp_path / "parts.3mf").write_bytes(package(*args, **parts))
-    return model(tmp_path / "parts.3mf")
-
-
-def test_3mf_without_a_unit_is_in_millimetres(tmp_path):
-    one = '<item objectid="1"/>', f'<object id="1">{TETRAHEDRON}</object>'
-    assert volume(in_3mf(tmp_path, *one, unit="")) == pytest.approx(1e-9)
-
-
-def test_3mf_components_transforms_units_and_colours(tmp_path):
-    inch = 0.0254
-    colour = '<basematerials id="9"><base name="a" displaycolor="#FF0000FF"/></basematerials>'
-    found = in_3mf(tmp_path, '<item objectid="2" transform="0 1 0 -1 0 0 0 0 1 0 0 5"/>', colour,
-                   f'<object id="1" name="leg" pid="9" pindex="0">{TETRAHEDRON}</object>',
-                   '<object id="2"><components><component objectid="1" transform="2 0 0 0 2 0 0 0 2 0 0 0"/>'
-                   '<component objectid="1" transform="-1 0 0 0 1 0 0 0 1 9 0 0"/></components></object>',
-                   f'<object id="3">{TETRAHEDRON}</object>')
-    assert volume(found) == pytest.approx(9 * inch**3)  # one of twice the size, one mirrored
-    assert found.shapes.turned == 0
-    np.testing.assert_allclose(found.bounds, inch * np.array([[-4, 0, 5], [0, 9, 11]]), rtol=1e-12)
-    assert found.names == [("leg",), ("leg",)]
-    np.testing.assert_allclose(found.colours[0], [1, 0, 0])
-
-
-def test_3mf_parts_of_one_package_have_numbers_of_their_own(tmp_path):
-    taller = TETRAHEDRON.replace('z="3"', 'z="6"')
-    far = 'transform="1 0 0 0 1 0 0 0 1 9 0 0"'
-    found = in_3mf(tmp_path, f'<item objectid="1"/><item objectid="1" p:path="/3D/other.model" {far}/>',
-                   f'<object id="1">{TETRAHEDRON}</object>',
-                   other=f'<object id="1">{taller}</object>')
-    assert volume(found) == pytest.approx(3 * 0.0254**3)
-
-
-@pytest.mark.parametrize(("build", "objects", "word"), [
-    ('<item objectid="7"/>', "", "object '7', which it does not hold"),
-    ('<item objectid="1" p:path="/3D/none.model"/>', "", "part '/3d/none.model', which"),
-    ('<item objectid="1"/>', '<object id="1"><mesh><beamlattice/></mesh></object>', "lattice of beams"),
-    ('<item objectid="1"/>', '<object id="1"><components><component objectid="1"/></components></object>',
-     "their own components")])
-def test_3mf_that_cannot_be_read_is_refused_by_its_right_name(tmp_path, build, objects, word):
-    with pytest.raises(renderer.InputError, match=word):
-        in_3mf(tmp_path, build, objects)
-
-
-def test_collada_whose_materials_are_missing_keeps_its_faces_and_commas_are_points(tmp_path):
-    assert area(in_collada(tmp_path, ('target="#m"', 'target="#gone"'))) == pytest.approx(6.0, rel=1e-6)
-    assert area(in_collada(tmp_path, ("0 0 0 200 0 0 200", "0 0 0 200,0 0,0 0 200"))) == pytest.approx(6.0)
 
 
 @pytest.mark.parametrize(("name", "data", "word"), [
