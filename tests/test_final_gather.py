@@ -15,8 +15,11 @@ from renderer.solving.refine import solve_and_read, solve_until
 from renderer.solving.watch import Watch
 from renderer.transport.direct.direct import direct_on_patches
 from renderer.transport.direct.lamp_samples import draw_table, lamp_faces, sampled_direct
+from renderer.transport.factors.hemisphere_rays import count
+from renderer.transport.radiosity import agglomerate
 from renderer.transport.radiosity.agglomerate import agglomerated
 from renderer.transport.rays.sampling import REPLICAS, Nets, _directions
+from renderer.transport.transport import compute_transport
 
 UP = np.array([0.0, 0.0, 1.0])
 CRATE = {"shape": "box", "position": [0.5, 1.0, 0.0], "size": [1.2, 0.7, 1.5]}
@@ -79,6 +82,22 @@ def test_groups_exchange_the_sum_of_their_patches(room):
     assert groups.exchange.matrix.sum(axis=1) == pytest.approx(groups.exchange.areas, rel=1e-9, abs=1e-12)
     assert np.abs(groups.exchange.matrix - groups.exchange.matrix.T).max() < 1e-12
     assert 1.25 <= groups.longer < 4
+
+
+def test_a_large_mesh_has_few_groups_however_many_patches_are_covered(room, monkeypatch):
+    # The foot of a crate of a third of the floor covers hundreds of patches, which exchange nothing.
+    wide = {**CRATE, "position": [0.5, 0.5, 0.0], "size": [2.2, 2.2, 0.5]}
+    transport = compute_transport(room(0.5, objects=[wide]), 0.12, 64, 0, pair_rays_allowed=False)
+    exchange = count(transport.mesh, transport.hits, dense=False)
+    covered = int((exchange.areas == 0).sum())
+    groups = agglomerated(transport.mesh, exchange)
+    assert covered > 300
+    assert (groups.exchange.areas == 0).sum() < covered / 2  # a quarter, and some at the edges
+    monkeypatch.setattr(agglomerate, "MAX_GROUPS", 200)
+    fewer = agglomerated(transport.mesh, exchange)
+    assert len(fewer.exchange.areas) <= 200
+    assert fewer.longer > groups.longer
+    assert fewer.exchange.matrix.sum(axis=1) == pytest.approx(fewer.exchange.areas, rel=1e-9, abs=1e-12)
 
 
 def test_paths_are_followed_to_the_requested_accuracy(room):

@@ -17,6 +17,8 @@ from renderer.transport.mesh.mesh import Mesh
 
 MIN_PATCH_SIZE_RATIO = 1.25
 """Smallest ratio of the patch sizes of two meshes whose difference measures the mesh error."""
+MAX_GROUPS = 8_000
+"""Number of groups above which larger groups are made: their exchange is a dense matrix, here of 0.5 GB."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +54,11 @@ def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
     """Groups of neighbouring patches of one surface with nearly equal normals: two by two on an even grid."""
     apart = _chambers(exchange)
     size = _size(exchange.areas if mesh.group is None else np.bincount(mesh.group, exchange.areas))
-    for cells in (2.0, 4.0, 8.0, 32.0):
+    for cells in (2.0, 4.0, 8.0, 16.0, 32.0):
         of = np.unique(np.column_stack([apart, _groups(mesh, cells)]), axis=0, return_inverse=True)[1].ravel()
         areas = np.bincount(of, exchange.areas)
         longer = _size(areas) / size if size else 1.0
-        if longer >= MIN_PATCH_SIZE_RATIO:
+        if longer >= MIN_PATCH_SIZE_RATIO and len(areas) <= MAX_GROUPS:
             break
     else:
         of = np.unique(np.column_stack([apart, mesh.surface]), axis=0, return_inverse=True)[1].ravel()
@@ -84,8 +86,9 @@ def _chambers(exchange: Exchange) -> np.ndarray:
         return np.zeros(len(exchange.areas), dtype=int)
     if isinstance(whole, SplitSymmetric):
         given = whole.given.tocoo()
-        return pieces_of_graph(len(exchange.areas), *(ends[given.data > floor] for ends in given.coords))
-    chamber = np.where(exchange.areas > 0, -1, 0)  # covered patches do not count
+        chamber = pieces_of_graph(len(exchange.areas), *(ends[given.data > floor] for ends in given.coords))
+        return np.where(exchange.areas > 0, chamber, 0)  # covered patches do not count
+    chamber = np.where(exchange.areas > 0, -1, 0)
     for first in np.flatnonzero(chamber < 0):
         new = np.array([first]) if chamber[first] < 0 else []
         while len(new):
