@@ -2,13 +2,13 @@
 
     .venv/bin/python benchmarks/trade.py [row ...]
 
-Rows: office, open_plan, columns, growth, furnished, red, looser, meters, plan, bands, start, height, render,
-factors; without an argument all of them run, each in a separate process, so that a failure appears in its
-row. The row million runs only where it is named. The peer is Mitsuba 3: all meters of a room as one batch
-sensor, in a running process, until each bar has the width requested of ours. Our time is from a loaded scene
-to all readings (`trade_rooms.py`), or of whole commands (`trade_commands.py`), without the cache. Prints the
-versions, and for each row both times, their ratio (which counts) and the aim. Run nothing else meanwhile.
-DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
+Rows: office, open_plan, columns, growth, furnished, red, looser, meters, plan, bands, start, height, render;
+without an argument all of them run, each in a separate process, so that a failure appears in its row. The
+peer is Mitsuba 3: all meters of a room as one batch sensor, in a running process, until each bar has the
+width requested of ours. Our time is from a loaded scene to all readings (`trade_rooms.py`), or of whole
+commands (`trade_commands.py`), without the cache. Prints the versions, and for each row both times, their
+ratio (which counts) and the aim; `performance.py` has form factors and a million patches. Run nothing else
+meanwhile. DRJIT_LIBLLVM_PATH names an LLVM for Mitsuba.
 """
 
 import subprocess
@@ -20,18 +20,16 @@ import trade_rooms
 
 ROWS = {name: getattr(module, name) for module, names in (
     (trade_rooms, ("office", "open_plan", "columns", "growth", "furnished", "red", "height")),
-    (trade_commands, ("looser", "meters", "plan", "bands", "start", "render", "factors"))) for name in names}
-NAMED = {**ROWS, "million": trade_commands.million}
+    (trade_commands, ("looser", "meters", "plan", "bands", "start", "render"))) for name in names}
 
 
 def main() -> None:
     """Run the rows of the arguments, or all, each in its own process."""
     if sys.argv[1:2] == ["--row"]:
-        NAMED[sys.argv[2]]()
+        ROWS[sys.argv[2]]()
         return
     versions = []
-    for package in ("spectral-radiosity", "mitsuba", "drjit", "pyradiance", "pyviewfactor", "numpy", "scipy",
-                    "embreex"):
+    for package in ("spectral-radiosity", "mitsuba", "drjit", "pyradiance", "numpy", "scipy", "embreex"):
         try:
             versions.append(f"{package} {version(package)}")
         except PackageNotFoundError:

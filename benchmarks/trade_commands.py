@@ -92,25 +92,6 @@ def render() -> None:
         f"{alone:.2f} s", f"{whole / alone:.2f}", "≤ 1.3")
 
 
-def factors() -> None:
-    """Form factors beside pyViewFactor."""
-    _of_performance("factors")
-
-
-def million() -> None:
-    """A million patches."""
-    _of_performance("million")
-
-
-def _of_performance(part: str) -> None:
-    script = Path(__file__).with_name("performance.py")
-    said = subprocess.run([sys.executable, script, part], capture_output=True, text=True, check=True).stdout
-    for line in said.splitlines():
-        cells = [cell.strip() for cell in line.strip("| ").split("|")]
-        if len(cells) > 1 and not set(line) <= set("|-"):
-            row(cells[0], cells[-1], "", "", "keep")
-
-
 def command(*arguments: str, runs: int = 2) -> float:
     """Seconds of a whole command, the shortest of some runs."""
     whole = [sys.executable, "-m", "renderer", *arguments, "--quiet"]

@@ -26,7 +26,7 @@ from renderer.transport.rays.sampling import REPLICAS
 
 PARALLEL_SHARE = 0.7
 """Share of the work that runs on every core."""
-START_SECONDS = 1.1
+START_SECONDS = 0.8
 """Time in which the command starts and prints its results [s]."""
 
 
@@ -143,7 +143,7 @@ def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
 
 def _around(scene: Scene) -> float:
     """Time of the command besides solving and reading [s]."""
-    of_plan, of_import = 0.45, 0.6  # [s] to draw the plan of a grid, and to import the drawing library
+    of_plan, of_import = 0.3, 0.4  # [s] to draw the plan of a grid, and to import the drawing library
     return START_SECONDS + (of_import + of_plan * len(scene.grids) if scene.grids else 0.0)
 
 
