@@ -127,7 +127,7 @@ def _by_paths(scene: Scene, plan: Plan, bands: str) -> Forecast:
     method = plan.method(n, None)
     rays, draws = method.rays_of_factors(n), n * draws_of_patch(n) * method.replicas(n)
     # Seconds of one idle core for a ray, a draw of a luminaire, a patch and a path.
-    work = 0.4e-6 * rays + 0.6e-6 * draws + 0.7e-3 * n + 2e-6 * paths
+    work = 0.4e-6 * rays + 0.6e-6 * draws + 0.5e-3 * n + 2e-6 * paths
     parallel = PARALLEL_SHARE / (cpu_count() or 1) + 1 - PARALLEL_SHARE
     seconds = meshing + busy * (_around(scene) + work * parallel)
     band_set = scene.band_set(bands)
