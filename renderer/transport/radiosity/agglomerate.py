@@ -54,7 +54,7 @@ def agglomerated(mesh: Mesh, exchange: Exchange) -> Groups:
     """Groups of neighbouring patches of one surface with nearly equal normals: two by two on an even grid."""
     apart = _chambers(exchange)
     size = _size(exchange.areas if mesh.group is None else np.bincount(mesh.group, exchange.areas))
-    for cells in (2.0, 4.0, 8.0, 16.0, 32.0):
+    for cells in 2.0 ** np.arange(1, 11):
         of = np.unique(np.column_stack([apart, _groups(mesh, cells)]), axis=0, return_inverse=True)[1].ravel()
         areas = np.bincount(of, exchange.areas)
         longer = _size(areas) / size if size else 1.0
