@@ -86,6 +86,7 @@ def kept(page):
     for old in page.saved.glob("*.csv"):
         old.unlink()
     one(page, "#csv").click()
-    file = waited(lambda: next(page.saved.glob("*.csv"), None))
+    # The browser reserves the name with an empty file before it writes.
+    file = waited(lambda: next((each for each in page.saved.glob("*.csv") if each.stat().st_size), None))
     with file.open(newline="", encoding="utf-8") as lines:
         return list(csv.DictReader(lines))
