@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.scene.geometry import Rectangle, cross, triangle_areas
+from renderer.scene.geometry import Rectangle, cross, dot, triangle_areas
 from renderer.scene.triangle_mesh import TriangleMesh
 from renderer.system.graph import pieces_of_graph
 from renderer.system.lazy import cached_property
@@ -102,24 +102,26 @@ def flat_parts(mesh: TriangleMesh, scale: float | None = None) -> Parts:
     every = mesh.triangles
     # A small triangle without coplanar neighbours is a facet of a curved surface, a large one a polygon.
     facet = (np.bincount(group)[group] == 1) & (mesh.areas < 0.01 * scale**2)
-    rectangles, polygons, rest = [], [], [np.flatnonzero(facet)]
     order = np.flatnonzero(~facet)
     order = order[np.argsort(group[order], kind="stable")]
-    groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1) if len(order) else []
-    for faces in groups:
-        triangles = every[faces]
-        crosses = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        normal, area = crosses.sum(axis=0), np.linalg.norm(crosses, axis=1).sum() / 2
-        normal /= np.linalg.norm(normal) or 1.0
-        points = mesh.vertices[np.unique(mesh.faces[faces])]
-        if abs((points - points.mean(axis=0)) @ normal).max() > 2 * touch:
+    part = np.cumsum(np.diff(group[order], prepend=-1) > 0) - 1  # of each of these faces
+    starts = _starts(part)
+    crosses = np.cross(every[order, 1] - every[order, 0], every[order, 2] - every[order, 0])
+    normal, area = _sums(crosses, starts), _sums(np.linalg.norm(crosses, axis=1), starts) / 2
+    length = np.linalg.norm(normal, axis=1)
+    normal /= np.where(length > 0, length, 1.0)[:, None]
+    n = len(mesh.vertices)
+    of, vertex = np.divmod(np.unique(part[:, None] * n + mesh.faces[order]), n)
+    uneven, rectangular, found = _tightest_rectangles(mesh.vertices[vertex], of, normal, area)
+    rectangles, polygons, rest = [], [], [np.flatnonzero(facet)]
+    for k, faces in enumerate(np.split(order, starts[1:]) if len(order) else []):
+        if uneven[k] > 2 * touch:
             rest.append(faces)
             continue
-        rectangle = _tightest_rectangle(points, normal, area)
-        if rectangle is not None:
-            rectangles.append(rectangle)
+        if rectangular[k]:
+            rectangles.append(Rectangle(*found[k]))
             continue
-        polygon = _outlined(triangles, normal, area, touch)
+        polygon = _outlined(every[faces], normal[k], area[k], touch)
         divided = polygon and rectilinear(polygon, touch)
         if divided:
             rectangles += divided
@@ -234,18 +236,45 @@ def _blocks(filled: np.ndarray) -> list[tuple[int, int, int, int]]:
     return sorted(blocks)
 
 
-def _tightest_rectangle(points: np.ndarray, normal: np.ndarray, area: float) -> Rectangle | None:
-    """The rectangle whose corners are the outermost of coplanar points (k, 3); None where these form no
-    rectangle."""
-    away = points - points[0]
-    corner = points[np.einsum("ki,ki->k", away, away).argmax()]  # farthest from any point: a corner
-    away = points - corner
-    far = away[np.einsum("ki,ki->k", away, away).argmax()]
-    beside = away @ cross(normal, far)
-    u, v = away[beside.argmin()], away[beside.argmax()]
-    lengths = np.sqrt(u @ u), np.sqrt(v @ v)
-    if (abs(u @ v) > 1e-6 * lengths[0] * lengths[1] or np.abs(u + v - far).max() > 1e-6 * max(lengths)
-            or abs(lengths[0] * lengths[1] - area) > 1e-6 * area
-            or np.abs(away @ normal).max() > 1e-6 * max(lengths)):
-        return None
-    return Rectangle(corner, u, v)
+def _tightest_rectangles(points: np.ndarray, of: np.ndarray, normal: np.ndarray,
+                         area: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """For each of n groups of points (m, 3): the largest distance (n,) [m] of a point from the plane through
+    their mean, whether the outermost points are the corners of a rectangle of that area (n,), and corner and
+    edges of the rectangle (n, 3, 3).
+
+    of : group (m,) of each point, ascending; normal : (n, 3) unit; area : (n,) [m²]
+    """
+    starts = _starts(of)
+    if not len(starts):
+        return np.zeros(0), np.zeros(0, dtype=bool), np.zeros((0, 3, 3))
+    mean = _sums(points, starts) / np.bincount(of)[:, None]
+    uneven = np.maximum.reduceat(np.abs(dot(points - mean[of], normal[of])), starts)
+    away = points - points[starts][of]
+    corner = points[_largest(dot(away, away), of, starts)]  # farthest from any point: a corner
+    away = points - corner[of]
+    far = away[_largest(dot(away, away), of, starts)]
+    beside = dot(away, np.cross(normal, far)[of])
+    u, v = away[_largest(-beside, of, starts)], away[_largest(beside, of, starts)]
+    lengths = np.sqrt(dot(u, u)), np.sqrt(dot(v, v))
+    longest = np.maximum(*lengths)
+    rectangular = ((np.abs(dot(u, v)) <= 1e-6 * lengths[0] * lengths[1])
+                   & (np.abs(u + v - far).max(axis=1) <= 1e-6 * longest)
+                   & (np.abs(lengths[0] * lengths[1] - area) <= 1e-6 * area)
+                   & (np.maximum.reduceat(np.abs(dot(away, normal[of])), starts) <= 1e-6 * longest))
+    return uneven, rectangular, np.stack([corner, u, v], axis=1)
+
+
+def _starts(of: np.ndarray) -> np.ndarray:
+    """First index (n,) of each group. of : group (m,) of each value, ascending from 0"""
+    return np.flatnonzero(np.diff(of, prepend=-1))
+
+
+def _largest(values: np.ndarray, of: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """Index (n,) of the first largest of the values (m,) of each group. of, starts : as in `_starts`"""
+    largest = np.flatnonzero(values == np.maximum.reduceat(values, starts)[of])
+    return largest[np.searchsorted(largest, starts)]
+
+
+def _sums(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """Sums (n, …) of the values (m, …) of each group. starts : from `_starts`"""
+    return np.add.reduceat(values, starts, axis=0) if len(starts) else values[:0]

@@ -18,6 +18,11 @@ def cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
+def dot(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Scalar products (…) of vectors (…, 3)."""
+    return np.einsum("...i,...i->...", u, v)
+
+
 def triangle_areas(triangles: np.ndarray) -> np.ndarray:
     """Areas (k,) [m²] of triangles (k, 3, 3) [m]."""
     a, b, c = np.asarray(triangles).reshape(-1, 3, 3).swapaxes(0, 1)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import sparse
 
+from renderer.scene.geometry import dot
 from renderer.scene.room import Enclosed
 from renderer.system.lazy import cached_property
 from renderer.transport.mesh.edge_lines import Lines, lines_of
@@ -185,7 +186,7 @@ class Mesh(Enclosed):
         """Coordinates (s, t) of points on the patches' planes. points : (k, 3) [m]"""
         offset = points - self.corners[patch, 0]
         by_s, by_t = self._gradients
-        return _dot(offset, by_s[patch]), _dot(offset, by_t[patch])
+        return dot(offset, by_s[patch]), dot(offset, by_t[patch])
 
     @cached_property
     def _gradients(self) -> tuple[np.ndarray, np.ndarray]:
@@ -200,7 +201,3 @@ class Mesh(Enclosed):
         quad = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
         triangle = np.stack([1 - s - t, s, t, np.zeros_like(s)], axis=-1)
         return np.where(self.triangular[patch][:, None], triangle, quad)
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.einsum("...i,...i->...", a, b)
