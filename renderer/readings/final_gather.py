@@ -17,7 +17,7 @@ from renderer.system.threads import in_threads
 from renderer.transport.direct.lamp_samples import draw_table, lamp_faces, next_event
 from renderer.transport.factors.contour import frames
 from renderer.transport.factors.exchange import rows
-from renderer.transport.rays.sampling import Nets, Stream, cosine_directions
+from renderer.transport.rays.sampling import Nets, Stream, cosine_direction_each
 from renderer.transport.transport import Transport
 
 PATH_REPLICAS = 16
@@ -99,11 +99,19 @@ def gather(transport: Transport, spots: list[MeterPlace], paths: int, round_: in
     surfaces, lamps = (np.zeros((steps, *shape), dtype=np.int32) for _ in range(2))
     weights, last = np.zeros((steps, *shape), dtype=np.float32), np.full(shape, -1, dtype=np.int32)
 
-    def work(start: int, stop: int) -> None:
-        some = slice(start, stop)
-        surfaces[:, some], lamps[:, some], weights[:, some], last[some] = path.follow(spots, start, stop)
+    # Arrays of 16,384 paths fit the processor's cache: those of several meters, or of some replicas of one.
+    together = 1 << 14
+    meters, replicas = max(1, together // shape[1]), min(PATH_REPLICAS, max(1, together // paths))
+    parts = PATH_REPLICAS // replicas
 
-    in_threads(work, n, max(1, (1 << 14) // shape[1]))
+    def work(index: int, _stop: int) -> None:
+        start, first = index // parts * meters, index % parts * replicas
+        some = slice(start, min(n, start + meters)), slice(first * paths, (first + replicas) * paths)
+        every = slice(None), *some
+        surfaces[every], lamps[every], weights[every], last[some] = path.follow(
+            spots, start, some[0].stop, slice(first, first + replicas))
+
+    in_threads(work, -(-n // meters) * parts, 1)
     return _collected(transport, surfaces, lamps, weights, last, paths)
 
 
@@ -114,42 +122,53 @@ class _Paths:
         self.nets = Nets(paths, NUMBERS_PER_STEP * steps + 2, seed, PATH_REPLICAS)
         self.faces = lamp_faces(transport.luminaires)
         self.table = draw_table(self.faces, transport.direct)
-        self.frames = frames(transport.mesh.normal)
+        mesh = transport.mesh
+        self.normals, self.corners, self.frames = (_by_coordinate(each) for each in (
+            mesh.normal, mesh.corners[:, 0], frames(mesh.normal).astype(np.float32)))
 
-    def follow(self, spots: list[MeterPlace], start: int, stop: int) -> tuple:
-        """Paths of meters start to stop: for each step surfaces met, luminaires drawn and their light,
-        (steps, meters, paths) each; and the patch met last (meters, paths), negative for none."""
-        mesh, eye, reflecting = self.transport.mesh, self.transport.eye, self.transport.reflecting
-        square = self.nets.draw(start, stop)
+    def follow(self, spots: list[MeterPlace], start: int, stop: int, replicas: slice) -> tuple:
+        """Paths of some replicas of meters start to stop: for each step surfaces met, luminaires drawn and
+        their light, (steps, meters, paths) each; and the patch met last (meters, paths), negative for
+        none."""
+        transport, eye, reflecting = self.transport, self.transport.eye, self.transport.reflecting
+        square = self.nets.draw(start, stop, replicas)
         each = square.shape[1]
-        numbers = square.reshape(-1, square.shape[2])
-        origins = np.repeat([spot.origin for spot in spots[start:stop]], each, axis=0)
-        turn = np.repeat(frames(np.array([spot.normal for spot in spots[start:stop]])), each, axis=0)
-        alive = np.arange(len(numbers))
-        shape = (self.steps, len(numbers))
+        numbers = _by_coordinate(square.reshape(-1, square.shape[2]))
+        place, axis = (np.array([getattr(spot, name) for spot in spots[start:stop]])
+                       for name in ("origin", "normal"))
+        origins, turn = (np.repeat(_by_coordinate(of), each, axis=1)
+                         for of in (place, frames(axis).astype(np.float32)))
+        alive = np.arange(numbers.shape[1])
+        shape = (self.steps, len(alive))
         surfaces, lamps, weights = np.zeros(shape, int), np.zeros(shape, int), np.zeros(shape)
-        last = np.full(len(numbers), -1)
+        last = np.full(len(alive), -1)
         for step in range(self.steps + 1):
             first = NUMBERS_PER_STEP * step
-            along = cosine_directions(numbers[alive, None, first:first + 2], turn)[:, 0]
-            met = eye.first_hit(origins, along)
+            along = cosine_direction_each(numbers[first:first + 2].take(alive, axis=1), turn)
+            met = eye.first_hit(origins.T, along.T)
             if step == self.steps:
                 last[alive] = met
                 break
             kept = np.flatnonzero((met >= 0) & reflecting[np.maximum(met, 0)])
-            alive, met, origins, along = alive[kept], met[kept], origins[kept], along[kept].astype(float)
-            normal = mesh.normal[met]
-            height = np.einsum("ki,ki->k", mesh.corners[met, 0] - origins, normal)
-            slope = np.einsum("ki,ki->k", along, normal)
-            places = origins + (height / np.where(slope == 0, -1.0, slope))[:, None] * along
-            origins, turn = eye.off(places, normal), self.frames[met]
-            surfaces[step, alive] = mesh.surface[met]
+            alive, met = alive[kept], met[kept]
+            origins, along = origins.take(kept, axis=1), along.take(kept, axis=1).astype(float)
+            normal = self.normals.take(met, axis=1)
+            height = np.einsum("ik,ik->k", self.corners.take(met, axis=1) - origins, normal)
+            slope = np.einsum("ik,ik->k", along, normal)
+            origins += height / np.where(slope == 0, -1.0, slope) * along
+            origins, turn = eye.off(origins.T, normal.T).T, self.frames.take(met, axis=1)
+            surfaces[step, alive] = transport.mesh.surface[met]
             lamps[step, alive], weights[step, alive] = next_event(
-                self.faces, self.table, met, origins, normal, numbers[alive, first + 2:first + 5],
-                self.transport.ray_scene)
+                self.faces, self.table, met, origins.T, normal.T,
+                numbers[first + 2:first + 5].take(alive, axis=1).T, transport.ray_scene)
         counts = (-1, each)
         return (*(x.reshape(self.steps, *(len(spots[start:stop]), each)) for x in (surfaces, lamps, weights)),
                 last.reshape(counts))
+
+
+def _by_coordinate(of_each: np.ndarray) -> np.ndarray:
+    """Vectors or matrices (k, …) by coordinate, (c, k), so that each step works on long runs of numbers."""
+    return np.ascontiguousarray(of_each.reshape(len(of_each), -1).T)
 
 
 def _collected(transport: Transport, surfaces, lamps, weights, last, paths: int) -> Gather:
@@ -158,14 +177,16 @@ def _collected(transport: Transport, surfaces, lamps, weights, last, paths: int)
     steps, meters = surfaces.shape[:2]
     n_surfaces, n_lamps = transport.n_surfaces, len(transport.luminaires)
     row = (np.repeat(np.arange(PATH_REPLICAS), paths) * meters + np.arange(meters)[:, None]).ravel()
-    combination, direct, combinations = np.zeros(row.shape, dtype=np.int64), [], []
+    index, met, direct, combinations = np.zeros(row.shape, dtype=int), np.zeros((1, 0), dtype=int), [], []
     for step in range(steps):
-        combination = combination * n_surfaces + surfaces[step].ravel()
-        known, combination_index = np.unique(combination, return_inverse=True)
-        rows_, shape = row * len(known) + combination_index, PATH_REPLICAS * meters * len(known)
+        index = index * n_surfaces + surfaces[step].ravel()
+        found = np.zeros(len(met) * n_surfaces, dtype=bool)
+        found[index] = True
+        known, index = np.flatnonzero(found), (np.cumsum(found) - 1)[index]
+        met = np.column_stack([met[known // n_surfaces], known % n_surfaces])
+        rows_, shape = row * len(known) + index, PATH_REPLICAS * meters * len(known)
         direct.append(_tallied(rows_, lamps[step].ravel(), weights[step].ravel() / paths, (shape, n_lamps)))
-        combinations.append(np.stack([known // n_surfaces ** (step - k) % n_surfaces
-                                      for k in range(step + 1)], axis=1))
+        combinations.append(met)
     ends = np.flatnonzero(last.ravel() >= 0)
     beyond = _tallied(rows_[ends], last.ravel()[ends], np.full(len(ends), 1 / paths),
                       (shape, len(transport.mesh.patches)))

@@ -19,7 +19,8 @@ class LampFaces:
     """Flat pieces that emit light, of all luminaires one after the other.
 
     lamp : (n_faces,) index of the luminaire
-    start, u, v, normal : (3, n_faces) [m]; elliptic : (n_faces,) whether u and v are half axes of an ellipse
+    start, u, v, normal, middle : (3, n_faces) [m]
+    elliptic : (n_faces,) whether u and v are half axes of an ellipse
     area : (n_faces,) [m²]; share : (n_faces,) of its luminaire's draws
     corners : (n_faces, 4, 3) [m]
     near : (n_faces,) distance [m] below which a Lambertian rectangle is computed in closed form; 0 for others
@@ -31,6 +32,7 @@ class LampFaces:
     u: np.ndarray
     v: np.ndarray
     normal: np.ndarray
+    middle: np.ndarray
     elliptic: np.ndarray
     area: np.ndarray
     share: np.ndarray
@@ -48,7 +50,10 @@ class LampFaces:
             r, turn = np.sqrt(s), 2 * np.pi * t
             s = np.where(round_, r * np.cos(turn), s)
             t = np.where(round_, r * np.sin(turn), t)
-        return self.start[:, face] + s * self.u[:, face] + t * self.v[:, face]
+        found = self.u.take(face, axis=1) * s
+        found += self.v.take(face, axis=1) * t
+        found += self.start.take(face, axis=1)
+        return found
 
     def brought(self, face: np.ndarray, reach: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Illuminance per lumen (k,) [m⁻²] at points without obstruction, each face represented by one place
@@ -63,9 +68,10 @@ class LampFaces:
         light /= distance * distance2
         lamp = self.lamp[face]
         for kind, members in self._kinds():
-            chosen = np.flatnonzero(members[lamp])
-            if len(chosen):
-                light[chosen] *= self._sent(kind, face[chosen], -reach[:, chosen] / distance[chosen])
+            chosen = slice(None) if members.all() else np.flatnonzero(members[lamp])
+            some = face[chosen]
+            if len(some):
+                light[chosen] *= self._sent(kind, some, -reach[:, chosen] / distance[chosen])
         return light
 
     def _kinds(self):
@@ -83,7 +89,7 @@ class LampFaces:
     def _sent(self, kind: Luminaire, face: np.ndarray, away: np.ndarray) -> np.ndarray:
         """Intensity per lumen (k,) [sr⁻¹] of a whole face along unit directions (3, k)."""
         if kind.lambertian:
-            return np.maximum(_dot(away, self.normal[:, face]), 0.0) / np.pi
+            return np.maximum(_dot(away, self.normal.take(face, axis=1)), 0.0) / np.pi
         if kind.distribution is None:
             light = kind.intensity(away.T)
         else:
@@ -105,7 +111,8 @@ def lamp_faces(luminaires: list[Luminaire]) -> LampFaces:
     rows = [(k, *face) for k, lum in enumerate(luminaires) for face in _faces_of(lum)]
     lamp, start, u, v, normal, elliptic, area, share, near = (np.array(x) for x in zip(*rows, strict=True))
     corners = np.stack([start, start + u, start + u + v, start + v], axis=1)
-    return LampFaces(luminaires, lamp, start.T, u.T, v.T, normal.T, elliptic, area, share, corners, near)
+    vectors = (np.ascontiguousarray(of.T) for of in (start, u, v, normal, start + (u + v) / 2))
+    return LampFaces(luminaires, lamp, *vectors, elliptic, area, share, corners, near)
 
 
 def _faces_of(lum: Luminaire) -> list[tuple]:
@@ -158,10 +165,12 @@ def draw(table: np.ndarray, row: np.ndarray, choice: np.ndarray) -> tuple[np.nda
     table : from `draw_table`; choice : (k,) from 0 to 1
     """
     n = table.shape[1]
-    face = np.searchsorted((table + np.arange(len(table))[:, None]).ravel(), row + choice, side="right")
-    face = np.clip(face - row * n, 0, n - 1)
-    before = np.where(face > 0, table[row, np.maximum(face - 1, 0)], 0.0)
-    return face, np.maximum(table[row, face] - before, 1e-300)
+    table, first, face = table.ravel(), row * n, np.zeros(len(row), dtype=int)
+    for k in reversed(range(n.bit_length())):  # bisection in all rows at once: the last number of a row is 1
+        ahead = np.minimum(face + (1 << k), n)
+        face = np.where(table.take(first + ahead - 1) <= choice, ahead, face)
+    before = np.where(face > 0, table.take(first + np.maximum(face - 1, 0)), 0.0)
+    return face, np.maximum(table.take(first + face) - before, 1e-300)
 
 
 def next_event(faces: LampFaces, table: np.ndarray, row: np.ndarray, places: np.ndarray, normals: np.ndarray,
@@ -184,7 +193,7 @@ def next_event(faces: LampFaces, table: np.ndarray, row: np.ndarray, places: np.
         past[lit] *= ray_scene.clear(places[lit], targets[:, lit].T)
     # Distances are from the face's middle, not from the place drawn: otherwise only near places, which are
     # brighter, would be replaced by the mean, and the result would be too low.
-    apart = faces.start[:, face] + (faces.u[:, face] + faces.v[:, face]) / 2 - points
+    apart = faces.middle.take(face, axis=1) - points
     near = np.flatnonzero(_dot(apart, apart) < faces.near[face] ** 2)
     if len(near):  # the closed form, minus the light of the place drawn where that is hidden
         whole = polygon_factors(places[near], normals[:, near].T, faces.corners[face[near]])

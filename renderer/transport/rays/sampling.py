@@ -49,12 +49,11 @@ class Nets:
         self._seed = seed
         self._nets = _scrambled(n, dimensions, scrambling or seed, replicas)
 
-    def draw(self, start: int, stop: int) -> np.ndarray:
+    def draw(self, start: int, stop: int, replicas: slice = slice(None)) -> np.ndarray:
         """Nets for items start to stop (stop − start, replicas · n, dimensions): equal for equal `start`, in
-        any order of calls."""
-        replicas, n, dimensions = self._nets.shape
-        shifted = (self._nets ^ self._shift(start, stop)).reshape(stop - start, replicas * n, dimensions)
-        return shifted * 2.0**-BITS + 2.0 ** -(BITS + 1)
+        any order of calls. replicas : those wanted"""
+        shifted = self._nets[replicas] ^ self._shift(start, stop)[:, replicas]
+        return shifted.reshape(stop - start, -1, shifted.shape[-1]) * 2.0**-BITS + 2.0 ** -(BITS + 1)
 
     def coordinates(self, start: int, stop: int) -> np.ndarray:
         """Nets by coordinate (dimensions, stop − start, replicas · n), in single precision."""
@@ -120,9 +119,20 @@ def cosine_directions(square: np.ndarray, frames: np.ndarray) -> np.ndarray:
 
     frames : (k, 3, 3), the last row of each the axis of θ
     """
-    local = np.empty((*square.shape[:-1], 3), dtype=np.float32)
-    radius, angle = np.sqrt(square[..., 0]), (2 * np.pi * square[..., 1]).astype(np.float32)
-    np.multiply(radius, np.cos(angle), out=local[..., 0], casting="same_kind")
-    np.multiply(radius, np.sin(angle), out=local[..., 1], casting="same_kind")
-    local[..., 2] = np.sqrt(1 - square[..., 0])  # in double: near the horizon few digits are left
-    return local @ frames.astype(np.float32)
+    return np.stack(_about_axis(square[..., 0], square[..., 1]), axis=-1) @ frames.astype(np.float32)
+
+
+def cosine_direction_each(square: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """One direction for each frame (3, k), as `cosine_directions` has several.
+
+    square : (2, k); frames : (9, k) in single precision, row after row
+    """
+    x, y, z = _about_axis(*square)
+    return x * frames[:3] + y * frames[3:6] + z * frames[6:]
+
+
+def _about_axis(s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coordinates of such directions, the last along the axis of θ, in single precision."""
+    radius, angle = np.sqrt(s).astype(np.float32), (2 * np.pi * t).astype(np.float32)
+    # The last in double first: near the horizon few digits are left.
+    return radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - s).astype(np.float32)
