@@ -8,7 +8,7 @@ from scipy.stats.qmc import Sobol
 import renderer
 from renderer.readings.final_gather import PATH_REPLICAS as GATHERED
 from renderer.readings.final_gather import gather
-from renderer.readings.photometer import place
+from renderer.readings.meter_place import place
 from renderer.readings.uncertainty import rare_half_width
 from renderer.solving import gathered
 from renderer.solving.refine import solve_and_read, solve_until

@@ -9,7 +9,8 @@ from exact import point_to_parallel
 import renderer
 from renderer.radiometry.polygons import polygon_factors
 from renderer.readings import photometer
-from renderer.readings.photometer import _elements, make_meter, place
+from renderer.readings.meter_place import place
+from renderer.readings.photometer import _elements, make_meter
 from renderer.solving.transport_store import TransportStore
 from renderer.transport.rays.ray_scene import STAND_OFF
 

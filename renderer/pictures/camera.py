@@ -7,7 +7,7 @@ from scipy import sparse
 
 from renderer.pictures.lamp_edges import lamp_shares
 from renderer.pictures.pinhole import Pinhole, pinhole
-from renderer.readings.photometer import off_surfaces, refuse_inside, refuse_outside
+from renderer.readings.meter_place import off_surfaces, refuse_inside, refuse_outside
 from renderer.scene.meter_tables import CameraTable
 from renderer.scene.scene import Scene
 from renderer.solving.solution import Solution

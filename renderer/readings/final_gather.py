@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from renderer.readings.photometer import MeterPlace
+from renderer.readings.meter_place import MeterPlace
 from renderer.system.lazy import cached_property
 from renderer.system.threads import in_threads
 from renderer.transport.direct.lamp_samples import draw_table, lamp_faces, next_event

@@ -6,7 +6,7 @@ import numpy as np
 
 from renderer.errors import InputError
 from renderer.readings.finding import rgb_error_percent
-from renderer.readings.photometer import stand
+from renderer.readings.meter_place import stand_each
 from renderer.readings.uncertainty import Figure, half_widths
 from renderer.scene.grids import Grid
 from renderer.scene.room import INSIDE_TOLERANCE, distances, outside
@@ -86,13 +86,11 @@ def readable(transport: Transport, grid: Grid, where: str) -> np.ndarray:
         some, few = np.flatnonzero(read), max(1, (1 << 16) // len(walls))
         for part in np.split(some, range(few, len(some), few)):
             read[part] = distances(points[part], walls[~flat]) >= grid.border * (1 - 1e-9)
-    for k in np.flatnonzero(read):
-        point = points[k]
-        try:
-            spot = stand(transport, point, grid.normal, where)
-            transport.placed[point.tobytes(), grid.normal.tobytes()] = spot
-        except InputError:
-            read[k] = False
+    asked = np.flatnonzero(read)
+    for k, spot in zip(asked, stand_each(transport, points[asked], grid.normal), strict=True):
+        read[k] = spot is not None
+        if spot is not None:
+            transport.placed[points[k].tobytes(), grid.normal.tobytes()] = spot
     if not read.any():
         raise InputError(f"{where}: a meter can stand at none of its {len(points)} points: each is outside "
                          "the room, in an object, faces the surface it lies on or is nearer to a wall than "

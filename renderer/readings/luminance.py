@@ -3,7 +3,8 @@
 import numpy as np
 
 from renderer.errors import InputError
-from renderer.readings.photometer import READING_RAYS, Meter, off_surfaces, refuse_inside, refuse_outside
+from renderer.readings.meter_place import off_surfaces, refuse_inside, refuse_outside
+from renderer.readings.photometer import READING_RAYS, Meter
 from renderer.scene.room import spelt
 from renderer.transport.factors.contour import frames
 from renderer.transport.rays.sampling import REPLICAS, Nets, Stream

@@ -4,15 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.errors import InputError
-from renderer.radiometry.polygons import HORIZON, exchanged, polygon_factors
+from renderer.radiometry.polygons import exchanged, polygon_factors
 from renderer.readings.elements import Seen, all_seen, element_light, near_lamps, seen_past
+from renderer.readings.meter_place import MeterPlace, place
 from renderer.readings.uncertainty import counted_half_width, half_width
-from renderer.scene import room as room_shell
 from renderer.system.threads import in_threads
 from renderer.transport.direct.direct import direct_at, hidden_light, unoccluded
 from renderer.transport.factors.shafts import may_be_hidden
-from renderer.transport.rays.ray_scene import STAND_OFF
 from renderer.transport.rays.sampling import Nets, Stream
 from renderer.transport.sensors import Sensor, sense
 from renderer.transport.transport import Transport
@@ -22,90 +20,6 @@ MAX_VIEW_SHARE, MAX_VIEW_SHARE_BY_RAYS = 2.5e-4, 2e-3
 second value where rays go to the elements, whose sampling errors are larger than the error of the middle."""
 READING_RAYS = 1 << 10
 """Shadow rays from the meter to each luminaire in each replica; more in penumbrae."""
-
-
-@dataclass(frozen=True)
-class MeterPlace:
-    """A meter's place.
-
-    position : (3,) [m] for exact factors, slightly off the surfaces that the meter touches
-    origin : (3,) [m] of rays, off these surfaces by the rays' tolerance; normal : (3,) unit
-    touched : (k, 3) normals of these surfaces
-    """
-
-    position: np.ndarray
-    origin: np.ndarray
-    normal: np.ndarray
-    touched: np.ndarray
-
-
-def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> MeterPlace:
-    """The place of a meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError.
-
-    A meter on a floor stands on it; in a corner it touches three surfaces and is lifted off all three.
-    """
-    key = (position.tobytes(), normal.tobytes())
-    if key not in transport.placed:
-        refuse_outside(transport, position, where)
-        transport.placed[key] = stand(transport, position, normal, where)
-    return transport.placed[key]
-
-
-def stand(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> MeterPlace:
-    """The place of a meter at a point that is known to be inside the room; arguments as for `place`."""
-    spot = off_surfaces(transport, position, normal)
-    if (spot.touched @ normal < -1 + 1e-9).any():
-        raise InputError(f"{where} faces the surface it lies on (normal {_short(normal)}) and sees "
-                         "nothing. Turn its normal round.")
-    refuse_inside(transport, spot.origin, where, position)
-    for lum in transport.luminaires:
-        if lum.is_point and np.linalg.norm(position - lum.center) < 1e-6 * transport.mesh.scale:
-            raise InputError(f"{where}: position {_short(position)} is on the point luminaire "
-                             f"{lum.name!r}, where illuminance has no limit. Move one of them.")
-    return spot
-
-
-def off_surfaces(transport: Transport, position: np.ndarray, facing: np.ndarray) -> MeterPlace:
-    """A point lifted off every surface that it touches; off a sheet to the side it faces.
-
-    position : (3,) [m]; facing : (3,) unit
-    """
-    mesh = transport.mesh
-    height = np.einsum("ki,ki->k", position - mesh.corners[:, 0], mesh.normal)
-    near = np.flatnonzero((np.abs(height) <= STAND_OFF * mesh.scale) & (transport.exchange.areas > 0))
-    s, t = mesh.inside(near, position)
-    edge = 1e-6
-    on = (s >= -edge) & (t >= -edge) & np.where(
-        mesh.triangular[near], s + t <= 1 + edge, (s <= 1 + edge) & (t <= 1 + edge))
-    along, twin = mesh.normal[near] @ facing, mesh.twin[near]
-    on = near[on & ((twin < 0) | (along > 0) | ((along == 0) & (near < twin)))]
-    touched, which = np.unique(np.round(mesh.normal[on], 6), axis=0, return_inverse=True)
-    low = np.full(len(touched), np.inf)
-    np.minimum.at(low, which.ravel(), height[on])
-    inside = np.clip(position, *mesh.bounds)
-
-    def lifted(lift: float) -> np.ndarray:
-        return inside + np.clip(lift * mesh.scale - low, 0.0, None) @ touched
-
-    return MeterPlace(lifted(HORIZON), lifted(STAND_OFF), facing, touched)
-
-
-def refuse_outside(transport: Transport, position: np.ndarray, where: str) -> None:
-    """Raise InputError for a point outside the room."""
-    room_shell.refuse_place_outside(transport.room, position, f"{where}: position", "Move it into the room")
-
-
-def refuse_inside(transport: Transport, lifted: np.ndarray, where: str, position: np.ndarray) -> None:
-    """Raise InputError for a point inside a solid. position : (3,) [m]; lifted : (3,) the point off the
-    surfaces that it touches"""
-    solids = transport.mesh.solids
-    if len(solids) and room_shell.winding(lifted[None], solids)[0] < -0.5:
-        raise InputError(f"{where}: position {_short(position)} is inside an object. "
-                         "Move it into the open room.")
-
-
-def _short(xyz: np.ndarray) -> str:
-    return "[" + ", ".join(f"{x:.6g}" for x in xyz) + "]"
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from renderer.colour.bands import BandSet, band_set, narrow_bands
 from renderer.readings.final_gather import PATH_REPLICAS, Gather, gather
-from renderer.readings.photometer import MeterPlace
+from renderer.readings.meter_place import MeterPlace
 from renderer.readings.uncertainty import band_error, half_width, half_widths, rare_half_width, student
 from renderer.solving.radiosity_field import RadiosityField, distinct_bands, solve_field
 from renderer.solving.straight_light import MIN_SHADOW_RAYS, StraightLight

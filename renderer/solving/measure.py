@@ -7,7 +7,7 @@ import numpy as np
 from renderer.readings.glare import Glare, rate
 from renderer.readings.grid import GridReading, readable, summarise
 from renderer.readings.luminance import luminance_meter
-from renderer.readings.photometer import place
+from renderer.readings.meter_place import place
 from renderer.readings.uncertainty import Figure, band_error, half_widths
 from renderer.scene.grids import Grid
 from renderer.solving.mesh_sequence import meter_per_transport

@@ -7,7 +7,8 @@ import numpy as np
 
 from renderer.colour.bands import BandSet, narrow_bands
 from renderer.colour.lamps import spectral_flux
-from renderer.readings.photometer import Meter, MeterPlace, make_meter, place
+from renderer.readings.meter_place import MeterPlace, place
+from renderer.readings.photometer import Meter, make_meter
 from renderer.readings.reading import Reading
 from renderer.readings.spectrum import reconstructed
 from renderer.readings.uncertainty import band_error, half_widths

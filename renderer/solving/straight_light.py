@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from renderer.readings.final_gather import PATH_REPLICAS
-from renderer.readings.photometer import MeterPlace
+from renderer.readings.meter_place import MeterPlace
 from renderer.readings.uncertainty import counted_half_width, student
 from renderer.transport.direct.direct import direct_at, hidden_light, unoccluded
 from renderer.transport.rays.sampling import Stream
