@@ -170,8 +170,9 @@ def test_nothing_stands_between_a_lamp_and_fully_lit_patches(tmp_path, seed):
     outside = ray_scene.first_hit(ray_scene.off(points, normals), normals) >= 0
     checked = 0
     for luminaire in scene.placement.luminaires:
-        alone = may_be_shadowed(points[:, None], normals, luminaire, mesh.obstacles)
-        together = may_be_shadowed(points.reshape(-1, 16, 3), normals[::16], luminaire, mesh.obstacles)
+        lamp = np.array([luminaire.corners.min(axis=0), luminaire.corners.max(axis=0)])
+        alone = may_be_shadowed(points[:, None], normals, lamp, mesh.obstacles)
+        together = may_be_shadowed(points.reshape(-1, 16, 3), normals[::16], lamp, mesh.obstacles)
         assert (np.repeat(together, 16) | ~alone).all()
         plain = outside & ~alone
         to = np.broadcast_to(luminaire.center, points[plain].shape)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from renderer.scene.luminaires.lambertian import LambertianFace, illuminance_of_faces
 from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.system.threads import CHUNK, in_threads
 from renderer.transport.factors.exchange import Exchange
@@ -21,9 +22,14 @@ def unoccluded(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminai
 
     points, normals : (k, 3) [m], unit
     """
-    factors = np.zeros((len(points), len(luminaires)))
+    factors, faces = np.zeros((len(points), len(luminaires))), {}
     for index, lum in enumerate(luminaires):
-        factors[:, index] = lum.illuminance(points, normals)
+        if isinstance(lum, LambertianFace):
+            faces.setdefault(len(lum.outline), []).append(index)
+        else:
+            factors[:, index] = lum.illuminance(points, normals)
+    for some in faces.values():
+        factors[:, some] = illuminance_of_faces([luminaires[k] for k in some], points, normals)
     return factors
 
 
@@ -72,25 +78,24 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
     return share
 
 
-def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
+def may_be_shadowed(points: np.ndarray, normals: np.ndarray, lamps: np.ndarray,
                     boxes: np.ndarray) -> np.ndarray:
-    """Whether a box may stand between the luminaire and each group of points (k,). Groups with False need no
+    """Whether a box may stand between a luminaire and each group of points (k,). Groups with False need no
     shadow rays.
 
     points : (k, c, 3) [m], c points of each group
     normals : (k, 3) unit normals of the groups' tangent planes; a box counts in front of these
+    lamps : (k, 2, 3) [m], or (2, 3) for all groups, lowest and highest corner of the luminaire
     boxes : (m, 8, 3) [m]
-    Each group and the luminaire are enclosed in boxes along the room's axes.
+    Each group is enclosed in a box along the room's axes.
     """
-    lamp = np.array([luminaire.corners.min(axis=0), luminaire.corners.max(axis=0)])
-    boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)])
-    # A luminaire does not obstruct its own light.
-    boxes = boxes[:, ~(boxes == lamp[:, None]).all(axis=(0, 2))].transpose(0, 2, 1)
+    boxes = np.stack([boxes.min(axis=1), boxes.max(axis=1)]).transpose(0, 2, 1)
+    lamps = np.broadcast_to(lamps, (len(points), 2, 3))
     shadowed = np.zeros(len(points), dtype=bool)
-    together = 32  # consecutive points that are first tested together
+    together = 32  # consecutive groups that are first tested together
 
     def work(start: int, stop: int) -> None:
-        p, n = points[start:stop].T, normals[start:stop].T
+        p, n, lamp = (each[start:stop].T for each in (points, normals, lamps))
         front = (p * n[:, None]).sum(axis=0).min(axis=0)
         p = p.min(axis=1), p.max(axis=1)
         # Most groups of points have no box near them: one test clears them all.
@@ -99,23 +104,33 @@ def may_be_shadowed(points: np.ndarray, normals: np.ndarray, luminaire: Luminair
         facing = np.minimum.reduceat(n, first, axis=1)
         alike = (facing == np.maximum.reduceat(n, first, axis=1)).all(axis=0)
         least = np.where(alike, np.minimum.reduceat(front, first), -np.inf)
+        lamp = lamp[:, 0], lamp[:, 1]
+        nearest = np.minimum.reduceat(lamp[0], first, axis=1), np.maximum.reduceat(lamp[1], first, axis=1)
         found = shadowed[start:stop]
         some = max(1, (1 << 12) // len(first))
         for block in range(0, boxes.shape[2], some):
             box = boxes[..., block:block + some]
             group, of = (each.ravel() for each in np.indices((len(first), box.shape[2])))
             near = np.flatnonzero(_in_the_way(low[:, group], high[:, group], facing[:, group], least[group],
-                                              lamp, box[..., of]))
+                                              [each[:, group] for each in nearest], box[..., of]))
             point = (first[group[near], None] + np.arange(together)).ravel()
             of = np.repeat(of[near], together)
             asked = np.flatnonzero(point < stop - start)
             asked = asked[~found[point[asked]]]
-            k = point[asked]
-            hidden = _in_the_way(p[0][:, k], p[1][:, k], n[:, k], front[k], lamp, box[..., of[asked]])
+            k, other, own = point[asked], box[..., of[asked]], [each[:, point[asked]] for each in lamp]
+            hidden = _in_the_way(p[0][:, k], p[1][:, k], n[:, k], front[k], own, other)
+            # A luminaire does not obstruct its own light.
+            hidden &= (other != own).any(axis=(0, 1))
             found[k[hidden]] = True
 
     in_threads(work, len(points), 1 << 15)
     return shadowed
+
+
+def _boxes(luminaires: list[Luminaire]) -> np.ndarray:
+    """Lowest and highest corner of each luminaire (n_luminaires, 2, 3) [m]."""
+    return np.array([[lum.corners.min(axis=0), lum.corners.max(axis=0)]
+                     for lum in luminaires]).reshape(-1, 2, 3)
 
 
 def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np.ndarray, lamp: np.ndarray,
@@ -125,10 +140,10 @@ def _in_the_way(low: np.ndarray, high: np.ndarray, normal: np.ndarray, front: np
     low, high : (3, k) [m], lowest and highest corners of the groups
     normal : (3, k) unit, of the groups
     front : (k,) [m], positions of the groups' tangent planes along their normals
-    lamp : (2, 3) [m], lowest and highest corner of the luminaire
+    lamp : lowest and highest corner of the luminaire, (3, k) [m] each
     box : (2, 3, k) [m], lowest and highest corner of each box
     """
-    to_low, to_high = lamp[0][:, None] - low, lamp[1][:, None] - high
+    to_low, to_high = lamp[0] - low, lamp[1] - high
     slack = SHAFT_SLACK * np.maximum(-to_low, to_high).max(axis=0, initial=0.0)
     least, most = box
     found = (np.where(normal > 0, most, least) * normal).sum(axis=0) > front + slack
@@ -157,11 +172,15 @@ def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminair
     if ray_scene is not None:
         around = points[:, None] if around is None else around
         lifted = ray_scene.off(points, normals) if origins is None else origins
-        for index, luminaire in enumerate(luminaires):
-            lit = np.flatnonzero(factors[0, :, index] > 0)
-            lit = lit[may_be_shadowed(around[lit], normals[lit], luminaire, ray_scene.mesh.obstacles)]
-            factors[:, lit, index] *= visible_share(lifted[lit], normals[lit], luminaire, ray_scene,
-                                                    rays, (*seed, index), replicas)
+        boxes, few = _boxes(luminaires), max(1, (1 << 16) // max(1, len(points)))
+        for first in range(0, len(luminaires), few):
+            index, point = np.nonzero(bare[:, first:first + few].T > 0)
+            shadowed = may_be_shadowed(around[point], normals[point], boxes[first + index],
+                                       ray_scene.mesh.obstacles)
+            for k in np.unique(index[shadowed]):
+                lit, lamp = point[shadowed & (index == k)], first + int(k)
+                factors[:, lit, lamp] *= visible_share(lifted[lit], normals[lit], luminaires[lamp], ray_scene,
+                                                       rays, (*seed, lamp), replicas)
     return factors
 
 
@@ -221,7 +240,7 @@ def _share_on(mesh: Mesh, patch: np.ndarray, lum: Luminaire, ray_scene: RayScene
     """
     points, normals = _points_over(mesh, patch, seed, replicas, on_each)
     share = np.ones((replicas, len(patch)))
-    maybe = may_be_shadowed(points[:, None], normals, lum, ray_scene.mesh.obstacles)
+    maybe = may_be_shadowed(points[:, None], normals, _boxes([lum])[0], ray_scene.mesh.obstacles)
     some = maybe.reshape(len(patch), -1).any(axis=1)
     of_some = np.repeat(some, replicas * on_each)
     points, normals, maybe = points[of_some], normals[of_some], maybe[of_some]
