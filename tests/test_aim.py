@@ -5,7 +5,7 @@ import pytest
 
 import renderer
 from renderer.radiometry.polygons import exchanged, polygon_factors
-from renderer.transport.direct.direct import visible_share
+from renderer.transport.direct.direct import direct_at, visible_share
 from renderer.transport.mesh.build import build_mesh
 from renderer.transport.rays.ray_scene import RayScene
 from renderer.transport.rays.sampling import Nets
@@ -85,3 +85,36 @@ def test_a_louvres_blades_absorb_the_share_of_rays_that_meet_them(room):
     assert share[names == "floor"].sum() == pytest.approx(floor.mean(), abs=allowed)
     assert share[-10:-1].sum() == pytest.approx(met.mean(), abs=allowed)
     assert np.abs(transport.lost).max() < 0.005
+
+
+def test_luminaires_that_are_alike_are_shadowed_like_each_of_them_alone(room, tmp_path):
+    """Six panels of an array, the same panel turned and a larger one, discs, points and a photometric file
+    at two places and turned, over a crate."""
+    steep = [f"{x:g}" for x in range(0, 91, 10)]
+    lines = ["IESNA:LM-63-2002", "[TEST] synthetic", "TILT=NONE", "1 -1 1 10 1 1 2 0.3 0.9 0", "1 1 30",
+             " ".join(steep), "0", " ".join(f"{1000 - 10 * float(x):g}" for x in steep), ""]
+    (tmp_path / "lamp.ies").write_text("\n".join(lines), encoding="ascii")
+    panel = {"shape": "rectangle", "size": [0.6, 0.3], "normal": [0, 0, -1], "flux": 1000}
+    disc, point = ({"shape": shape, "normal": [0, 0, -1], "flux": 700, key: value} for shape, key, value in (
+        ("disc", "diameter", 0.4), ("point", "distribution", "lambertian")))
+    measured = {"shape": "ies", "file": str(tmp_path / "lamp.ies")}
+    lamps = [{**panel, "center": [2.0, 2.0, 2.9], "array": [3, 2], "spacing": [1.2, 2.0]},
+             {**panel, "center": [2.0, 2.0, 2.4], "normal": [0.3, 0, -1]},
+             {**panel, "center": [3.2, 2.0, 2.6], "size": [0.9, 0.45]},
+             *({**lamp, "center": [x, 2.4, 2.7]} for x in (0.7, 2.9) for lamp in (disc, point, measured)),
+             {**measured, "center": [1.5, 1.5, 2.5], "up": [1, 1, 0]}]
+    scene = room(luminaires=lamps, objects=[{"shape": "box", "position": [1.2, 1.2, 0.3],
+                                             "size": [1.4, 1.2, 0.9]}])
+    ray_scene, luminaires = RayScene(build_mesh(scene, 0.5)), scene.placement.luminaires
+    random = np.random.default_rng(0)
+    points = np.column_stack([random.uniform(0.1, 3.9, (60, 2)), random.uniform(0.01, 0.25, 60)])
+    normals, rays = np.tile([0.0, 0.0, 1.0], (60, 1)), 1024
+    together, *alone = (direct_at(points, normals, some, ray_scene, (0, 0), rays)[0]
+                        for some in (luminaires, *([lum] for lum in luminaires)))
+    alone = np.concatenate(alone, axis=1)
+    bare = direct_at(points, normals, luminaires, None, (0, 0))[0]
+    shadowed = (alone > 0.01 * bare) & (alone < 0.99 * bare)
+    assert shadowed.any(axis=0).sum() > 6  # of 16 luminaires have a penumbra at some point
+    # The visible share of a net's points errs by about the power ¾ of their number.
+    assert np.abs(together - alone).max(where=bare > 0, initial=0) < 4 * rays**-0.75 * bare.max()
+    assert (together[alone == 0] <= 4 * rays**-0.75 * bare[alone == 0]).all()

@@ -84,8 +84,9 @@ def illuminance_of_faces(faces: list[LambertianFace], points: np.ndarray, normal
     for start in range(0, len(faces), few):
         some = outlines[start:start + few]
         point = np.repeat(np.arange(len(points)), len(some))
-        light = polygon_factors(points[point], normals[point], np.tile(some, (len(points), 1, 1)))
-        found[:, start:start + few] = light.reshape(len(points), -1)
+        corners = np.broadcast_to(some, (len(points), *some.shape)).reshape(-1, *some.shape[1:])
+        light = polygon_factors(points[point], normals[point], corners)
+        found[:, start:start + few] = light.reshape(len(points), len(some))
     return found / areas
 
 

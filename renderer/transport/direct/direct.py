@@ -44,7 +44,8 @@ def hidden_light(direct: np.ndarray, bare: np.ndarray, luminaires: list[Luminair
 
 
 def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
-                  ray_scene: RayScene, rays: int, seed: tuple[int, ...], replicas: int) -> np.ndarray:
+                  ray_scene: RayScene, rays: int, seed: tuple[int, ...], replicas: int,
+                  shift: np.ndarray | None = None) -> np.ndarray:
     """Share of a luminaire's light that reaches each point unobstructed (replicas, k).
 
     points : (k, 3) [m], already off their surface; or (k, replicas, 3), one for each replica
@@ -52,12 +53,14 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
     rays : number from each point in each replica, to places all over the luminaire; each ray is weighted with
       the illuminance from its place
     seed : the last number is the luminaire's index
+    shift : (k, 3) [m] from this luminaire to the one of each point, which is like it; by default 0
     The luminaire aims the rays (`aimed`) so that their weights are nearly equal: a few rays of unequal weight
     would be biased.
     """
     each = points if points.ndim > 2 else points[:, None]
+    shift = np.zeros((len(points), 1, 3)) if shift is None else shift[:, None]
     if luminaire.is_point:
-        clear = ray_scene.clear(each, np.broadcast_to(luminaire.center, each.shape)).T
+        clear = ray_scene.clear(each, np.broadcast_to(luminaire.center + shift, each.shape)).T
         return np.broadcast_to(clear.astype(float), (replicas, len(points)))
     nets = Nets(rays, 2, seed, replicas, seed[:-1])  # all luminaires share the scrambling
     share = np.empty((replicas, len(points)))
@@ -68,9 +71,10 @@ def visible_share(points: np.ndarray, normals: np.ndarray, luminaire: Luminaire,
         for first in range(start, stop, few):
             some = slice(first, min(first + few, stop))
             origins = each[some] if each.shape[1] == 1 else np.repeat(each[some], rays, axis=1)
-            targets, stands = luminaire.aimed(origins, square[some.start - start:some.stop - start])
-            weight = stands * luminaire.brought(origins, normals[some, None], targets)
-            past = weight * ray_scene.clear(origins, targets)
+            places = origins - shift[some]
+            targets, stands = luminaire.aimed(places, square[some.start - start:some.stop - start])
+            weight = stands * luminaire.brought(places, normals[some, None], targets)
+            past = weight * ray_scene.clear(origins, targets + shift[some])
             past, total = (np.einsum("kpr->pk", w.reshape(-1, replicas, rays)) for w in (past, weight))
             share[:, some] = past / np.where(total > 0, total, 1.0)
 
@@ -127,6 +131,20 @@ def may_be_shadowed(points: np.ndarray, normals: np.ndarray, lamps: np.ndarray,
     return shadowed
 
 
+def _alike(luminaires: list[Luminaire]) -> list[np.ndarray]:
+    """Indices of luminaires that differ in their place alone, by groups."""
+    groups: dict[tuple, list[int]] = {}
+    for index, lum in enumerate(luminaires):
+        size = float(np.abs(lum.corners - lum.center).max()) or 1.0
+        parts = [lum.corners - lum.center, *((face.middle, face.u, face.v) for face in lum.opening)]
+        # Equal to rounding, as the luminaires of an array are.
+        form = [np.round(np.array(part) / size, 9).tobytes() for part in parts]
+        turned = np.round(np.vstack([lum.normal, lum.axes]), 9).tobytes()
+        light = "cosine" if lum.lambertian else index if lum.distribution is None else id(lum.distribution)
+        groups.setdefault((type(lum), f"{size:.9e}", light, turned, *form), []).append(index)
+    return [np.array(some) for some in groups.values()]
+
+
 def _boxes(luminaires: list[Luminaire]) -> np.ndarray:
     """Lowest and highest corner of each luminaire (n_luminaires, 2, 3) [m]."""
     return np.array([[lum.corners.min(axis=0), lum.corners.max(axis=0)]
@@ -173,14 +191,17 @@ def direct_at(points: np.ndarray, normals: np.ndarray, luminaires: list[Luminair
         around = points[:, None] if around is None else around
         lifted = ray_scene.off(points, normals) if origins is None else origins
         boxes, few = _boxes(luminaires), max(1, (1 << 16) // max(1, len(points)))
-        for first in range(0, len(luminaires), few):
-            index, point = np.nonzero(bare[:, first:first + few].T > 0)
-            shadowed = may_be_shadowed(around[point], normals[point], boxes[first + index],
-                                       ray_scene.mesh.obstacles)
-            for k in np.unique(index[shadowed]):
-                lit, lamp = point[shadowed & (index == k)], first + int(k)
-                factors[:, lit, lamp] *= visible_share(lifted[lit], normals[lit], luminaires[lamp], ray_scene,
-                                                       rays, (*seed, lamp), replicas)
+        for alike in _alike(luminaires):
+            for some in np.split(alike, range(few, len(alike), few)):
+                index, point = np.nonzero(bare[:, some].T > 0)
+                lamp, first = some[index], int(some[0])
+                shadowed = may_be_shadowed(around[point], normals[point], boxes[lamp],
+                                           ray_scene.mesh.obstacles)
+                lamp, point = lamp[shadowed], point[shadowed]
+                shift = np.array([luminaires[k].center - luminaires[first].center for k in lamp])
+                factors[:, point, lamp] *= visible_share(
+                    lifted[point], normals[point], luminaires[first], ray_scene, rays, (*seed, first),
+                    replicas, shift.reshape(-1, 3))
     return factors
 
 

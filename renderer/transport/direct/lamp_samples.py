@@ -201,9 +201,10 @@ def next_event(faces: LampFaces, table: np.ndarray, row: np.ndarray, places: np.
     return faces.lamp[face], past / chance
 
 
-def about_lit(faces: LampFaces, mesh: Mesh, seed: tuple[int, ...], points: int = 4) -> np.ndarray:
+def about_lit(faces: LampFaces, mesh: Mesh, seed: tuple[int, ...]) -> np.ndarray:
     """Approximate unobstructed illuminance per lumen by each luminaire on each patch (n_patches,
-    n_luminaires) [m⁻²]. points : number on each patch"""
+    n_luminaires) [m⁻²]: the mean of a few points on each patch, fewer where there are many luminaires."""
+    points = 4 if len(faces) <= 64 else 2
     n, every = len(mesh.patches), np.arange(len(faces))
     lit = np.zeros((n, len(faces.luminaires)))
 
