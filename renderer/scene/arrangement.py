@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from renderer.scene.crossings import Crossings
 from renderer.scene.doubled import earlier_in_place, overlapping
 from renderer.scene.faces_in_axes import FaceInAxes
 from renderer.scene.flat import Parts, Polygon, polygon, rectilinear
@@ -43,14 +44,9 @@ class Arrangement:
     def __init__(self, scale: float, shells: list[Shell], faces: list[FaceInAxes]):
         self.off, self.shells, self.faces = CONTACT_TOLERANCE * scale, shells, faces
         self.low, self.high = np.array([shell.bounds for shell in shells]).swapaxes(0, 1)
-        self.triangles = np.concatenate([shell.triangles for shell in shells])
-        self.of_shell = np.repeat(np.arange(len(shells)), [len(shell.triangles) for shell in shells])
-        self.boxes = np.array([[f.corners.min(axis=0), f.corners.max(axis=0)] for f in faces])
-        self.neighbours = overlapping(self.boxes, self.off)
-        self.crossing = self._crossing()
-        self.earlier = earlier_in_place(faces, self.boxes, self.off)
-        self.shared = {(self.faces[k].shell, int(self.of_shell[t]))
-                       for k, found in self.crossing.items() for t in found}
+        self.crossings = Crossings(faces, shells, self.off)
+        self.neighbours = overlapping(self.crossings.boxes, self.off)
+        self.earlier = earlier_in_place(faces, self.crossings.boxes, self.off)
         self.levels: dict[tuple[int, int], float] = {}
 
     def solids_at(self, shell: int, points: np.ndarray) -> np.ndarray:
@@ -85,82 +81,32 @@ class Arrangement:
         return [_gathered(pieces, None if cut or k in new else parts, cut)
                 for k, (parts, pieces, cut) in enumerate(zip(whole, kept, changed, strict=True))]
 
-    def _crossing(self) -> dict[int, np.ndarray]:
-        """Triangles of shells that may cut a face, by the number of the face: they are near it and cross the
-        plane just in front of it, or, for a sheet, just behind it."""
-        import shapely
-
-        low, high = self.triangles.min(axis=1) - self.off, self.triangles.max(axis=1) + self.off
-        tree = shapely.STRtree(shapely.box(*low[:, :2].T, *high[:, :2].T))
-        face, triangle = tree.query(shapely.box(*self.boxes[:, 0, :2].T, *self.boxes[:, 1, :2].T))
-        level = (self.boxes[face, 0, 2] <= high[triangle, 2]) & (self.boxes[face, 1, 2] >= low[triangle, 2])
-        face, triangle = face[level], triangle[level]
-        normal = np.array([f.normal for f in self.faces])
-        origin = np.array([f.origin for f in self.faces])
-        sheet = np.array([f.shell < 0 for f in self.faces])
-        found = np.zeros(len(face), dtype=bool)
-        batch = 1 << 20  # pairs
-        for start in range(0, len(face), batch):
-            part = slice(start, start + batch)
-            k = face[part]
-            height = np.einsum("kci,ki->kc", self.triangles[triangle[part]] - origin[k, None], normal[k])
-            least, most = height.min(axis=1), height.max(axis=1)
-            found[part] = (least < self.off * (1 - 1e-3)) & (most > self.off * (1 + 1e-3))
-            found[part] |= sheet[k] & (least < -self.off * (1 + 1e-3)) & (most > -self.off * (1 - 1e-3))
-        face, triangle = face[found], triangle[found]
-        order = np.argsort(face, kind="stable")
-        face, triangle = face[order], triangle[order]
-        ends = np.flatnonzero(np.diff(face, append=-1)) + 1
-        return {int(face[end - 1]): some for end, some in
-                zip(ends, np.split(triangle, ends[:-1]), strict=True)} if len(face) else {}
-
     def _entire(self) -> dict[int, bool]:
         """Whether the front is exposed, by the number of each face of a closed shell that nothing cuts. No
         section reaches into the bounding rectangle of such a face, shrunk as in `_pieces`."""
-        some = [k for k, face in enumerate(self.faces)
-                if face.shell >= 0 and k not in self.earlier and not self._may_be_cut(k, face)]
-        if not some:
-            return {}
-        points = np.concatenate([self.faces[k].middle + self.off * self.faces[k].normal for k in some])
-        shell, total = np.array([self.faces[k].shell for k in some]), np.zeros(len(some))
+        across = self.crossings
+        whole = (across.shell >= 0) & ~across.cut
+        whole[list(self.earlier)] = False
+        some = np.flatnonzero(whole)
+        middle = np.array([self.faces[k].middle[0] if isinstance(self.faces[k].face, Polygon)
+                           else across.middle[k] for k in some]).reshape(-1, 3)
+        points, shell = middle + self.off * across.normal[some], across.shell[some]
+        total = np.zeros(len(some))
         for index, other in enumerate(self.shells):
             near = ((self.low[index] <= points) & (points <= self.high[index])).all(axis=1) | (index == 0)
             total[shell == index] += other.own_at(points[shell == index])
             near &= shell != index
-            met = np.array([not self.shared.isdisjoint([(s, index), (index, s)])
-                            for s in range(len(self.shells))])
-            asked = near & met[shell]
+            asked = near & across.met[index, shell]
             if asked.any():
                 total[asked] += other.solid_at(points[asked])
             for s in np.unique(shell[near & ~asked]):
                 total[near & ~asked & (shell == s)] += self._level(int(s), index)
-        return dict(zip(some, (total <= 0).tolist(), strict=True))
-
-    def _may_be_cut(self, k: int, face: FaceInAxes) -> bool:
-        """Whether the bounding rectangle of a section just in front of a face overlaps that of the face."""
-        if k not in self.crossing:
-            return False
-        ends = self._section(face, self.triangles[self.crossing[k]], self.off)
-        low, high = face.rings[0].min(axis=0) + 2 * self.off, face.rings[0].max(axis=0) - 2 * self.off
-        return bool(((ends.min(axis=1) <= high) & (ends.max(axis=1) >= low)).all(axis=1).any())
-
-    @staticmethod
-    def _section(face: FaceInAxes, corners: np.ndarray, level: float) -> np.ndarray:
-        """Ends (m, 2, 2), in the face's axes, of the lines where triangles (k, 3, 3) cross a plane parallel
-        to the face; level : height [m] of the plane above the face"""
-        heights = (corners - face.origin) @ face.normal
-        above = heights > level
-        split = above.any(axis=1) & ~above.all(axis=1)
-        alone = (above[split] == (above[split].sum(axis=1) == 1)[:, None]).argmax(axis=1)
-        turn = (alone[:, None] + np.arange(3)) % 3
-        a, b, c = np.take_along_axis(corners[split], turn[..., None], axis=1).swapaxes(0, 1)
-        p, q, r = np.take_along_axis(heights[split] - level, turn, axis=1).T[..., None]
-        return face.flat(np.stack([a + (b - a) * p / (p - q), a + (c - a) * p / (p - r)], axis=1))
+        return dict(zip(some.tolist(), (total <= 0).tolist(), strict=True))
 
     def _pieces(self, k: int, face: FaceInAxes) -> list[tuple]:
         """Pieces of a face, each with its exposed sides and whether it is cut."""
         sheet, twins = face.shell < 0, self._twins(k, face)
-        if not sheet and k not in self.crossing and not twins:
+        if not sheet and not len(self.crossings.triangles_of(k)) and not twins:
             return [(face, self._sides(face, face.middle), False)]
         lines = self._lines(k, face) + [twin.boundary for twin in twins]
         inner = face.shape.buffer(-2 * self.off)
@@ -215,10 +161,11 @@ class Arrangement:
         a sheet also those just behind it and the outlines of faces in its plane."""
         import shapely
 
-        corners = self.triangles[self.crossing.get(k, np.zeros(0, dtype=int))]
         found = []
         for level in (self.off, -self.off) if face.shell < 0 else (self.off,):
-            found += list(shapely.linestrings(self._section(face, corners, level)))
+            ends = self.crossings.lines(k, level)
+            rounded = np.rint(ends / (self.off / 100))  # as in `_cells`, where some lines become points
+            found += list(shapely.linestrings(ends[(rounded[:, 0] != rounded[:, 1]).any(axis=1)]))
         if face.shell < 0:
             found += [other.shape.boundary for side in (1, -1)
                       for other in self._coplanar(k, face, side).values()]
@@ -286,7 +233,7 @@ class Arrangement:
         total = 0.0
         for index, shell in enumerate(self.shells):
             near = index == 0 or ((self.low[index] <= point[0]) & (point[0] <= self.high[index])).all()
-            met = face.shell < 0 or not self.shared.isdisjoint([(face.shell, index), (index, face.shell)])
+            met = face.shell < 0 or self.crossings.met[face.shell, index]
             if index == face.shell:
                 total += float(shell.own_at(point)[0])
             elif near:

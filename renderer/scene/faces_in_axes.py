@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.scene.flat import InPlane, Parts, Polygon
-from renderer.scene.geometry import Rectangle, cross
+from renderer.scene.geometry import Rectangle
 from renderer.system.lazy import cached_property
 
 
@@ -38,17 +38,24 @@ class FaceInAxes(InPlane):
 def faces_of(surface: int, shell: int, parts: Parts) -> list[FaceInAxes]:
     """All flat parts of a surface, in the order rectangles, polygons, triangles."""
     faces = []
-    for face in parts.rectangles:
-        sides = np.linalg.norm(face.u), np.linalg.norm(face.v)
-        axes = np.stack([face.u / sides[0], face.v / sides[1]])
-        ring = np.array([[0, 0], [sides[0], 0], sides, [0, sides[1]]])
-        faces.append(FaceInAxes(face.corner, axes, (ring,), surface, shell, face))
+    if parts.rectangles:
+        sides = np.array([(face.u, face.v) for face in parts.rectangles])
+        lengths = np.linalg.norm(sides, axis=2)
+        rings = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * lengths[:, None]
+        faces += [FaceInAxes(face.corner, axes, (ring,), surface, shell, face) for face, axes, ring in
+                  zip(parts.rectangles, sides / lengths[..., None], rings, strict=True)]
     faces += [FaceInAxes(face.origin, face.axes, face.rings, surface, shell, face) for face in parts.polygons]
-    for triangle in parts.triangles:
-        x, y = triangle[1] - triangle[0], triangle[2] - triangle[0]
-        normal, x = cross(x, y), x / (np.linalg.norm(x) or 1.0)
-        across = cross(normal, x)
-        axes = np.stack([x, across / (np.linalg.norm(across) or 1.0)])
-        ring = (triangle - triangle[0]) @ axes.T
-        faces.append(FaceInAxes(triangle[0], axes, (ring,), surface, shell, triangle))
+    corners = parts.triangles[:, 0]
+    x, y = (parts.triangles[:, k] - corners for k in (1, 2))
+    across = np.cross(np.cross(x, y), x)
+    axes = np.stack([_unit(x), _unit(across)], axis=1)
+    rings = np.einsum("kci,kai->kca", parts.triangles - corners[:, None], axes)
+    faces += [FaceInAxes(*each, surface, shell, triangle) for *each, triangle in
+              zip(corners, axes, ((ring,) for ring in rings), parts.triangles, strict=True)]
     return faces
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (k, 3) of length 1; those without length stay."""
+    lengths = np.linalg.norm(vectors, axis=1)
+    return vectors / np.where(lengths > 0, lengths, 1.0)[:, None]
