@@ -67,9 +67,3 @@ def saved(figure, path: Path) -> Path:
     with whole_file(path) as part:
         picture.save(part, "PNG", dpi=(figure.dpi, figure.dpi))
     return path
-
-
-def lay_out(figure) -> None:
-    """Lay a sheet out now, and keep that layout."""
-    figure.get_layout_engine().execute(figure)
-    figure.set_layout_engine("none")
