@@ -16,7 +16,7 @@ import numpy as np
 import renderer
 from renderer.readings.photometer import make_meter
 from renderer.transport.factors.contour import point_factors
-from renderer.transport.mesh import build as meshing
+from renderer.transport.mesh import grid_lines
 from renderer.transport.radiosity.solve import radiosity
 from renderer.transport.transport import compute_transport
 
@@ -91,9 +91,9 @@ def main() -> None:
                   np.round(np.log2(steps[0] / steps[1]), 2))
         show("patch middles alone, not balanced", [
             (f"{h:g} m", read(scene, h, collocation=True)) for h in (1, 0.5, 0.25)])
-        graded, meshing.GRADING = meshing.GRADING, 0.0
+        graded, grid_lines.GRADING = grid_lines.GRADING, 0.0
         show("patches all alike, not graded", [(f"{h:g} m", read(scene, h)) for h in (1, 0.5, 0.25)])
-        meshing.GRADING = graded
+        grid_lines.GRADING = graded
         show("rays instead of contours, 0.25 m", [
             (f"{rays} rays, seed {seed}", read(scene, 0.25, rays, seed=seed))
             for rays in (256, 1024, 4096) for seed in (0, 1)])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from renderer.scene.faces_in_axes import FaceInAxes
+from renderer.scene.geometry import near_boxes
 from renderer.scene.shells import Shell
 
 
@@ -57,13 +58,8 @@ class Crossings:
     def _near(self) -> tuple[np.ndarray, np.ndarray]:
         """Pairs of faces and triangles of shells that may cut them (m,), in the order of the faces: they are
         near and cross the plane just in front of the face, or, for a sheet, just behind it."""
-        import shapely
-
-        low, high = self.triangles.min(axis=1) - self.off, self.triangles.max(axis=1) + self.off
-        tree = shapely.STRtree(shapely.box(*low[:, :2].T, *high[:, :2].T))
-        face, triangle = tree.query(shapely.box(*self.boxes[:, 0, :2].T, *self.boxes[:, 1, :2].T))
-        level = (self.boxes[face, 0, 2] <= high[triangle, 2]) & (self.boxes[face, 1, 2] >= low[triangle, 2])
-        face, triangle = face[level], triangle[level]
+        triangles = np.stack([self.triangles.min(axis=1), self.triangles.max(axis=1)], axis=1)
+        face, triangle = near_boxes(self.boxes, triangles, self.off)
         found = np.zeros(len(face), dtype=bool)
         for part in _batches(len(face)):
             height = self._heights(face[part], triangle[part])
@@ -71,9 +67,7 @@ class Crossings:
             found[part] = (least < self.off * (1 - 1e-3)) & (most > self.off * (1 + 1e-3))
             found[part] |= ((self.shell[face[part]] < 0) & (least < -self.off * (1 + 1e-3))
                             & (most > -self.off * (1 - 1e-3)))
-        face, triangle = face[found], triangle[found]
-        order = np.argsort(face, kind="stable")
-        return face[order], triangle[order]
+        return face[found], triangle[found]
 
     def _cut(self) -> np.ndarray:
         """`cut` of all faces."""

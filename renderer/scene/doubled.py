@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from renderer.scene.faces_in_axes import FaceInAxes
+from renderer.scene.geometry import near_boxes
 
 
 def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> dict[int, list[int]]:
@@ -36,12 +37,5 @@ def earlier_in_place(faces: list[FaceInAxes], boxes: np.ndarray, off: float) -> 
 
 def overlapping(boxes: np.ndarray, off: float) -> list[np.ndarray]:
     """For each of boxes (n, 2, 3) [m], lowest and highest corner, the numbers of those within `off` [m]."""
-    import shapely
-
-    low, high = boxes[:, 0] - off, boxes[:, 1]
-    flat = shapely.box(*low[:, :2].T, *(high[:, :2] + off).T)
-    one, other = shapely.STRtree(flat).query(flat)
-    level = (low[other, 2] <= high[one, 2]) & (high[other, 2] >= low[one, 2])
-    one, other = one[level], other[level]
-    order = np.lexsort((other, one))
-    return np.split(other[order], np.searchsorted(one[order], np.arange(1, len(boxes))))
+    one, other = near_boxes(boxes, boxes, off)
+    return np.split(other, np.searchsorted(one, np.arange(1, len(boxes))))

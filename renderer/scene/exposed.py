@@ -11,7 +11,7 @@ import numpy as np
 from renderer.scene.arrangement import Arrangement, Exposed
 from renderer.scene.faces_in_axes import faces_of
 from renderer.scene.flat import Parts, flat_parts
-from renderer.scene.geometry import CONTACT_TOLERANCE, signed_volume
+from renderer.scene.geometry import CONTACT_TOLERANCE, near_boxes, signed_volume
 from renderer.scene.room import Room
 from renderer.scene.shells import Shell, components, has_crowded_edges, solids_of
 
@@ -54,17 +54,12 @@ def exposed_parts(room: Room, bodies: list) -> list[Exposed]:
 
 def _clear(triangles: np.ndarray, others: np.ndarray, off: float) -> np.ndarray:
     """Whether the bounding box of each triangle (k, 3, 3) touches no bounding box of the others (m, 3, 3)."""
-    import shapely
-
-    low, high = triangles.min(axis=1) - off, triangles.max(axis=1) + off
-    least, most = others.min(axis=1), others.max(axis=1)
-    near = (least <= high.max(axis=0)).all(axis=1) & (most >= low.min(axis=0)).all(axis=1)
-    least, most = least[near], most[near]
-    tree = shapely.STRtree(shapely.box(*least[:, :2].T, *most[:, :2].T))
-    one, other = tree.query(shapely.box(*low[:, :2].T, *high[:, :2].T))
-    touching = (low[one, 2] <= most[other, 2]) & (high[one, 2] >= least[other, 2])
+    boxes, beside = (np.stack([each.min(axis=1), each.max(axis=1)], axis=1) for each in (triangles, others))
+    low, high = boxes[:, 0].min(axis=0) - off, boxes[:, 1].max(axis=0) + off
+    beside = beside[((beside[:, 0] <= high) & (beside[:, 1] >= low)).all(axis=1)]
+    touched, _ = near_boxes(boxes, beside, off)
     clear = np.ones(len(triangles), dtype=bool)
-    clear[one[touching]] = False
+    clear[touched] = False
     return clear
 
 

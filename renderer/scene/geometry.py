@@ -50,6 +50,20 @@ def signed_volume(triangles: np.ndarray) -> float:
     return float(np.einsum("ki,ki->", a, np.cross(b, c)) / 6)
 
 
+def near_boxes(boxes: np.ndarray, others: np.ndarray, off: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (m,), (m,) of boxes (n, 2, 3) and others (k, 2, 3) [m], lowest and highest corner, within `off`
+    [m] of each other along each axis, in ascending order."""
+    import shapely
+
+    low, high = others[:, 0] - off, others[:, 1] + off
+    tree = shapely.STRtree(shapely.box(*low[:, :2].T, *high[:, :2].T))
+    one, other = tree.query(shapely.box(*boxes[:, 0, :2].T, *boxes[:, 1, :2].T))
+    level = (boxes[one, 0, 2] <= high[other, 2]) & (boxes[one, 1, 2] >= low[other, 2])
+    one, other = one[level], other[level]
+    order = np.lexsort((other, one))
+    return one[order], other[order]
+
+
 @dataclass(frozen=True)
 class Rectangle:
     """A flat rectangle: corner (3,), edges u and v (3,) [m]; light leaves along u × v."""

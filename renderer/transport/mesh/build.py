@@ -1,7 +1,6 @@
 """A scene divided into patches: surfaces of the room, bodies, and faces of luminaires."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -11,23 +10,14 @@ from renderer.scene.luminaires.luminaire import Luminaire
 from renderer.scene.mounting import Mounting
 from renderer.scene.scene import Scene, Surface
 from renderer.scene.triangle_mesh import divided_to
-from renderer.transport.mesh.contacts import (
-    Faces,
-    Outlines,
-    covered_by_contact,
-    cut,
-    graded,
-    standing,
-    turned,
-)
+from renderer.transport.mesh.assembly import Part, assembled
+from renderer.transport.mesh.contacts import Faces, covered_by_contact, cut, graded, standing, turned
 from renderer.transport.mesh.gathering import gathered
+from renderer.transport.mesh.grid_lines import GridLines
 from renderer.transport.mesh.mesh import Mesh
 from renderer.transport.mesh.obstacles import blockers, obstacles
 from renderer.transport.mesh.triangulation import triangulated, without
 
-GRADING = 1.0
-"""Grading of a rectangle's divisions: 0 for even divisions; 1 for cuts at cosines of even angles, finest at
-the edges, where light changes fastest. With 1 a corner at ρ = 0.9 converges at second order."""
 CLOSE_TO_LAMP = 36.0
 """Largest side of a patch over its distance from a lamp that lights it, divided by (patch size)/√(room area).
 With the patches of 1 % accuracy the largest side is the distance itself."""
@@ -53,16 +43,14 @@ def build_mesh(scene: Scene, patch_size: float, finer_near: bool = True) -> Mesh
     own = [r.corners for index, r, _ in rectangles if builder.of_room[index]]
     own += [m.outline for m in mountings if not m.cut_out]
     bodies = [r.corners for index, r, _ in rectangles if not builder.of_room[index]]
-    outlines = Outlines(np.array(own + bodies).reshape(-1, 4, 3), len(own))
     flat = [(index, face) for index, face, _ in (*rectangles, *polygons)]
-    faces = Faces(flat + [(index, turned(face)) for index, face in flat if index in two_sided])
-    for index, rectangle, sides in rectangles:
-        builder.add_rectangle(index, rectangle, outlines, faces, mountings, sides)
+    faces = Faces(flat + [(index, turned(face)) for index, face in flat if index in two_sided], builder.touch)
+    builder.add_rectangles(rectangles, np.array(own + bodies).reshape(-1, 4, 3), len(own), faces, mountings)
     for mounted in mountings:
         if mounted.cut_out:
             builder.add_face(mounted.surface, mounted.face)
-    for index, polygon, sides in polygons:
-        builder.add_polygon(index, polygon, faces, mountings, sides)
+    for k, (index, polygon, sides) in enumerate(polygons, start=len(rectangles)):
+        builder.add_polygon(index, polygon, faces.against(k), faces, mountings, sides)
     for index, of in every:
         for sides in np.unique(of.sides[2], axis=0):
             builder.add_triangles(index, of.parts.triangles[(of.sides[2] == sides).all(axis=1)], sides)
@@ -91,80 +79,55 @@ class _Builder:
         # Gaps wider than √(room area)/25 have no effect.
         self.close, self.in_gap = close, close * 25.0 / CLOSE_TO_LAMP
         self.shortest_in_gap = patch_size / 2
-        self.vertices, self.patches, self.surface = [], [], []
-        self.vertex_surface, self.twin, self.exposed, self.facet = [], [], [], []
-        self.n_vertices = self.n_patches = 0
+        self.parts: list[Part] = []
 
-    def add(self, vertices, patches, surface, vertex_surface, sides=(True, False), sheet=False, facet=False):
-        """Add patches (k, 4) of vertices (n, 3) [m]; for a sheet also their backs.
+    def add(self, index: int, vertices: np.ndarray, patches: np.ndarray, sides, facet: bool = False) -> None:
+        """Add a part of a surface. index, vertices, patches, sides, facet : as in `Part`"""
+        self.parts.append(Part(vertices, patches, index, np.full(len(patches), index), sides,
+                               self.two_sided[index], facet))
 
-        sides : (2,) whether the front and the back face air
-        facet : whether the patches may be gathered
-        """
-        a, b, c = vertices[patches[:, :3]].swapaxes(0, 1)
-        longest2 = np.maximum(((b - a)**2).sum(axis=1), ((c - a)**2).sum(axis=1))
-        keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-9 * longest2  # others have no area
-        patches, surface = patches[keep], surface[keep]
-        k, front = len(patches), self.n_patches
-        self._append(vertices, patches, surface, vertex_surface, sides[0])
-        self.facet += [np.full(k, facet)] * (1 + sheet)
-        if not sheet:
-            self.twin.append(np.full(k, -1))
-            return
-        triangular = patches[:, 2] == patches[:, 3]
-        back = np.where(triangular[:, None], patches[:, [0, 2, 1, 1]], patches[:, [0, 3, 2, 1]])
-        self._append(vertices, back, surface, vertex_surface, sides[1])
-        self.twin += [front + k + np.arange(k), front + np.arange(k)]
-
-    def _append(self, vertices, patches, surface, vertex_surface, exposed):
-        self.vertices.append(vertices)
-        self.patches.append(patches + self.n_vertices)
-        self.surface.append(surface)
-        self.vertex_surface.append(np.full(len(vertices), vertex_surface))
-        self.exposed.append(np.full(len(patches), exposed))
-        self.n_vertices += len(vertices)
-        self.n_patches += len(patches)
-
-    def add_rectangle(self, index: int, rectangle: Rectangle, outlines: Outlines, faces: Faces,
-                      mountings: list[Mounting], sides: np.ndarray) -> None:
-        """Divide a rectangle along the outlines of the room, of mounted luminaires and of solids that touch
-        it.
+    def add_rectangles(self, rectangles: list[tuple[int, Rectangle, np.ndarray]], outlines: np.ndarray,
+                       own: int, faces: Faces, mountings: list[Mounting]) -> None:
+        """Divide rectangles along the outlines of the room, of mounted luminaires and of solids that touch
+        them.
 
         Where outlines of solids would make too many cells, their feet (areas of contact) are cut out one by
         one instead.
+        rectangles : surface, rectangle and exposed sides of each, in the order of `faces`
+        outlines, own : as in `GridLines`
         """
-        edges, own = outlines.along(rectangle, self.touch)
-        us, vs = self.grid_lines(rectangle, edges)
-        most = 16  # ratio of the number of cells with outlines to that without
-        crowded = len(us) * len(vs) > 4 * most
-        if crowded:  # relative to the cells without outlines, of which there are at least four corners
-            alone = self.grid_lines(rectangle, edges[:, :, own])
-            crowded = len(us) * len(vs) > most * len(alone[0]) * len(alone[1])
-            us, vs = alone if crowded else (us, vs)
-        covers = self.on(index, rectangle.corner, rectangle.normal, mountings)
-        feet = standing(rectangle, faces.against(index, rectangle, self.touch), crowded,
-                        [m.outline for m in covers if m.cut_out], self.patch_size, self.touch)
-        vertices, patches = self.divided(rectangle, us, vs, feet, self.over_gaps(index, rectangle, faces))
-        surface = np.full(len(patches), index)
-        middles = vertices[patches].mean(axis=1)
-        for cover in covers:
-            if cover.cut_out:
-                continue
-            o, e, f = cover.outline[0], *(cover.outline[k] - cover.outline[0] for k in (1, 3))
-            s, t = (middles - o) @ e / (e @ e), (middles - o) @ f / (f @ f)
-            surface[(s > 0) & (s < 1) & (t > 0) & (t < 1)] = cover.surface
-        self.add(vertices, patches, surface, index, sides, self.two_sided[index])
+        lines = GridLines([r for _, r, _ in rectangles], outlines, own, self.patch_size, self.touch,
+                          round(2 / self.close))
+        covers = [self.on(index, r.corner, r.normal, mountings) for index, r, _ in rectangles]
+        divided = {}
+        for k, (index, rectangle, _) in enumerate(rectangles):
+            feet = standing(rectangle, faces.against(k), lines.crowded[k],
+                            [m.outline for m in covers[k] if m.cut_out], self.patch_size, self.touch)
+            near = self.near(rectangle, self.over_gaps(index, rectangle, faces))
+            if feet is not None or near:
+                divided[k] = self.divided(rectangle, *lines.of(k), feet, near)
+        even = np.array([k for k in range(len(rectangles)) if k not in divided], dtype=int)
+        divided.update(zip(even.tolist(), lines.cells(even), strict=True))
+        for k, (index, _, sides) in enumerate(rectangles):
+            vertices, patches = divided[k]
+            surface = np.full(len(patches), index)
+            for cover in (each for each in covers[k] if not each.cut_out):
+                middles = vertices[patches].mean(axis=1)
+                o, e, f = cover.outline[0], *(cover.outline[k] - cover.outline[0] for k in (1, 3))
+                s, t = (middles - o) @ e / (e @ e), (middles - o) @ f / (f @ f)
+                surface[(s > 0) & (s < 1) & (t > 0) & (t < 1)] = cover.surface
+            self.parts.append(Part(vertices, patches, index, surface, sides, self.two_sided[index]))
 
     def on(self, index: int, corner, normal, mountings: list[Mounting]) -> list[Mounting]:
         """The luminaires mounted on a flat part of the room."""
-        return [m for m in mountings if self.of_room[index] and m.on(corner, normal, self.touch)]
+        return [m for m in mountings if m.on(corner, normal, self.touch)] if self.of_room[index] else []
 
-    def add_polygon(self, index: int, polygon: Polygon, faces: Faces, mountings: list[Mounting],
-                    sides: np.ndarray) -> None:
+    def add_polygon(self, index: int, polygon: Polygon, against: list[list[np.ndarray]], faces: Faces,
+                    mountings: list[Mounting], sides: np.ndarray) -> None:
         """Divide a polygon into triangles, without the feet of solids on it; a small polygon keeps its own
-        triangles."""
+        triangles. against : from `Faces.against`"""
         feet = [[m.outline] for m in self.on(index, polygon.origin, polygon.normal, mountings)]
-        feet += faces.against(index, polygon, self.touch)
+        feet += against
         gaps = [((corners - polygon.origin) @ polygon.normal).min()
                 for corners in self.over_gaps(index, polygon, faces)]
         long = np.clip(min(gaps, default=np.inf) * self.in_gap, self.shortest_in_gap, self.patch_size)
@@ -174,8 +137,7 @@ class _Builder:
             return
         for part in without(polygon, feet, self.touch):
             points, triangles = triangulated(part, float(long))
-            self.add(polygon.solid(points), np.column_stack([triangles, triangles[:, 2]]),
-                     np.full(len(triangles), index), index, sides, self.two_sided[index])
+            self.add(index, polygon.solid(points), np.column_stack([triangles, triangles[:, 2]]), sides)
 
     def over_gaps(self, index: int, face: Rectangle | Polygon, faces: Faces) -> list[np.ndarray]:
         """Corners (k, 3) [m] of each face across a narrow gap from a flat part, with a body on at least one
@@ -187,16 +149,17 @@ class _Builder:
         return faces.across(face, self.touch, self.patch_size / self.in_gap, beside)
 
     def divided(self, rectangle: Rectangle, us: np.ndarray, vs: np.ndarray, feet,
-                facing: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+                near: list[tuple]) -> tuple[np.ndarray, np.ndarray]:
         """Vertices (k, 3) [m] and patches (m, 4) of a rectangle cut at `us` and `vs`, finer near lamps and
         near faces across a gap.
 
         feet : from `standing`, cut out of the patches; None where there are none
-        facing : from `over_gaps`
+        near : from `near`
         """
         s, t = (np.column_stack([x[:-1], x[1:]]) for x in (us, vs))
         cells = np.concatenate([np.repeat(s, len(t), axis=0), np.tile(t, (len(s), 1))], axis=1)
-        finer = self.toward(rectangle, cells, facing)
+        sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
+        finer = graded(cells, sides, near) if near else cells
         if len(finer) == len(cells) and feet is None:
             return rectangle_grid(rectangle, us, vs)
         triangles = np.zeros((0, 3, 2))
@@ -209,42 +172,13 @@ class _Builder:
         return (rectangle.corner + corners[first] @ np.stack([rectangle.u, rectangle.v]),
                 index.reshape(-1, 4))
 
-    def grid_lines(self, rectangle: Rectangle, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Cuts of a rectangle along each of its two edges (k,), from 0 to 1. edges : from `Outlines.along`"""
-        length, width = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
-        return self.divisions(length, width, *edges), self.divisions(width, length, *edges[::-1])
+    def near(self, rectangle: Rectangle, facing: list[np.ndarray]) -> list[tuple]:
+        """The lamps that light a rectangle and the faces across a gap from it, as boxes for `graded`.
 
-    def divisions(self, length: float, width: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Cuts of a rectangle along one edge (k,), from 0 to 1, at outlines and between them.
-
-        length, width : of that edge and of the other [m]
-        x, y : (2, m) [m], coordinates of both ends of each outline along that edge and across it
+        facing : from `over_gaps`
         """
-        cuts = (abs(x[0] - x[1]) < self.touch) & (y.max(axis=0) > self.touch) & (
-            y.min(axis=0) < width - self.touch)
-        inner = np.sort(x[0, cuts & (x[0] > self.touch) & (x[0] < length - self.touch)])
-        stops = [0.0]
-        for x in [*inner, length]:
-            if x - stops[-1] > self.touch:
-                stops.append(float(x))
-        stops[-1] = length
-        pieces = [np.zeros(1)]
-        for start, end in pairwise(stops):
-            n = max(1, int(np.ceil((end - start) / self.patch_size - 0.01)))
-            # A whole edge of a small object is cut in two with the patches of 1 % accuracy, in more for finer
-            # patches.
-            if len(stops) == 2 and end - start > 0.2 * self.patch_size:
-                n = max(n, round(2 / self.close))
-            even = np.linspace(0, 1, n + 1)[1:]
-            eased = (1 - GRADING) * even + GRADING * (1 - np.cos(np.pi * even)) / 2
-            pieces.append(start + (end - start) * eased)
-        return np.concatenate(pieces) / length
-
-    def toward(self, rectangle: Rectangle, cells: np.ndarray, facing: list[np.ndarray]) -> np.ndarray:
-        """Cells (m, 4) of a rectangle, from and to in s and in t, quartered until each is small relative to
-        its distance from lamps that light the rectangle and from faces across a gap."""
         if np.isinf(self.close):
-            return cells
+            return []
         sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
         axes = np.stack([rectangle.u / sides[0], rectangle.v / sides[1], rectangle.normal])
         near = []
@@ -259,7 +193,7 @@ class _Builder:
             local = (corners - rectangle.corner) @ axes.T
             near.append((local.min(axis=0)[None], local.max(axis=0)[None], self.in_gap,
                          self.shortest_in_gap))
-        return graded(cells, sides, near) if near else cells
+        return near
 
     def add_triangles(self, index: int, triangles: np.ndarray, sides: np.ndarray) -> None:
         """Add triangles (k, 3, 3) [m], divided until no side is longer than two patches. They may be
@@ -271,24 +205,22 @@ class _Builder:
         corners = vertices[faces]
         doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         faces = faces[np.linalg.norm(doubled, axis=1) > self.touch**2]
-        self.add(vertices, np.column_stack([faces, faces[:, 2]]), np.full(len(faces), index), index, sides,
-                 self.two_sided[index], facet=True)
+        self.add(index, vertices, np.column_stack([faces, faces[:, 2]]), sides, facet=True)
 
     def add_face(self, index: int, luminaire: Luminaire, sides=(True, False)) -> None:
         """Add a luminaire's front, and its back where both sides face air."""
         vertices, patches = luminaire.body.divided(self.patch_size)
-        self.add(vertices, patches, np.full(len(patches), index), index, sides, all(sides))
+        self.parts.append(Part(vertices, patches, index, np.full(len(patches), index), sides, all(sides)))
 
     def finish(self, faces: Faces, obstacles: np.ndarray, blockers: np.ndarray, shell: np.ndarray,
                solids: np.ndarray) -> Mesh:
         """The mesh of all patches added, with covered ones marked and facets gathered."""
-        arrays = (np.concatenate(x) for x in (self.vertices, self.patches, self.surface,
-                                              self.vertex_surface, self.twin))
-        covered = ~np.concatenate(self.exposed)
-        mesh = Mesh(*arrays, covered, obstacles, blockers, shell, solids)
+        of = assembled(self.parts)
+        mesh = Mesh(of.vertices, of.patches, of.surface, of.vertex_surface, of.twin, ~of.exposed, obstacles,
+                    blockers, shell, solids)
         sides = np.linalg.norm(mesh.corners - np.roll(mesh.corners, 1, axis=1), axis=2)
         slivers = mesh.area < 10 * self.touch * sides.max(axis=1)  # slivers are cut off beside contacts
-        covered, partly = covered_by_contact(replace(mesh, covered=covered | slivers), faces, self.touch)
-        group = gathered(mesh.centroid, mesh.normal, mesh.area, mesh.surface, np.concatenate(self.facet),
-                         self.patch_size)
+        covered, partly = covered_by_contact(replace(mesh, covered=mesh.covered | slivers), faces, of.starts,
+                                             ~of.facet[of.starts], self.touch)
+        group = gathered(mesh.centroid, mesh.normal, mesh.area, mesh.surface, of.facet, self.patch_size)
         return replace(mesh, covered=covered, partly=partly, group=group)

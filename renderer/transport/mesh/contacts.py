@@ -3,42 +3,41 @@
 import numpy as np
 
 from renderer.scene.flat import Polygon
-from renderer.scene.geometry import PARALLEL_TOLERANCE, Rectangle
+from renderer.scene.geometry import PARALLEL_TOLERANCE, Rectangle, dot, near_boxes
 from renderer.transport.mesh.mesh import Mesh
 
 FlatFace = Rectangle | Polygon
 
 
 class Faces:
-    """The flat parts of the room and the bodies, sorted by their planes.
+    """The flat parts of the room and the bodies.
 
-    flat : (surface, face) of each
+    flat : (surface, face) of each; touch : distance that counts as contact [m]
     """
 
-    def __init__(self, flat: list[tuple[int, FlatFace]]):
+    def __init__(self, flat: list[tuple[int, FlatFace]], touch: float):
         self.faces = [face for _, face in flat]
         self.surface = np.array([index for index, _ in flat], dtype=int)
         self.normals = np.array([face.normal for face in self.faces]).reshape(-1, 3)
         self.corners = np.array([_corner(face) for face in self.faces]).reshape(-1, 3)
         boxes = np.array([[ring.min(axis=0), ring.max(axis=0)] for ring in map(_outline, self.faces)])
-        boxes = boxes.reshape(-1, 2, 3)
-        self.middles = boxes.mean(axis=1)
-        self.radii = np.linalg.norm(np.diff(boxes, axis=1)[:, 0], axis=1) / 2
+        self.boxes = boxes.reshape(-1, 2, 3)
+        self.middles = self.boxes.mean(axis=1)
+        self.radii = np.linalg.norm(np.diff(self.boxes, axis=1)[:, 0], axis=1) / 2
         # Relative to one corner, because coordinates far from the origin have few digits left.
         self.origin = self.corners[:1].sum(axis=0)
-        self.facing, self.at, self.about = (np.ascontiguousarray(each.T) for each in (
-            self.normals, self.corners - self.origin, self.middles - self.origin))
+        self.facing, self.about = (np.ascontiguousarray(each.T) for each in (
+            self.normals, self.middles - self.origin))
+        one, other = near_boxes(self.boxes, self.boxes, touch)
+        height = dot(self.corners[other] - self.corners[one], self.normals[one])
+        meet = ((np.abs(height) < touch) & (self.surface[one] != self.surface[other])
+                & (dot(self.normals[one], self.normals[other]) < -1 + PARALLEL_TOLERANCE))
+        self._other, self._first = other[meet], np.searchsorted(one[meet], np.arange(len(flat) + 1))
 
-    def against(self, index: int, face: FlatFace, touch: float) -> list[list[np.ndarray]]:
+    def against(self, face: int) -> list[list[np.ndarray]]:
         """Rings (k, 3) [m], outer first, of each face of another surface that stands face to face in the
-        plane of `face`.
-
-        index : surface of `face`; touch : distance that counts as contact [m]
-        """
-        height = (_corner(face) - self.origin) @ face.normal
-        level = np.flatnonzero(np.abs(face.normal @ self.at - height) < touch)
-        facing = self.normals[level] @ face.normal < -1 + PARALLEL_TOLERANCE
-        return [_rings(self.faces[k]) for k in level[facing & (self.surface[level] != index)]]
+        plane of a face, given by its number."""
+        return [_rings(self.faces[k]) for k in self._other[self._first[face]:self._first[face + 1]]]
 
     def across(self, face: FlatFace, touch: float, gap: float, asked: np.ndarray) -> list[np.ndarray]:
         """Outlines (k, 3) [m] of faces that `face` faces across less than about `gap` [m].
@@ -57,30 +56,6 @@ class Faces:
         heights = [(outline - _corner(face)) @ face.normal for outline in outlines]
         return [outline for outline, height in zip(outlines, heights, strict=True)
                 if touch < height.min() < gap]
-
-
-class Outlines:
-    """Edges of rectangles, sorted by the planes they lie in.
-
-    corners : (n, 4, 3) [m]
-    own : number of rectangles that are the room's or mounted on it; they come first
-    """
-
-    def __init__(self, corners: np.ndarray, own: int):
-        self.origin, self.own = corners[:1, 0].sum(axis=0), own
-        self.corners = np.ascontiguousarray(corners.reshape(-1, 3).T - self.origin[:, None])
-
-    def along(self, rectangle: Rectangle, touch: float) -> tuple[np.ndarray, np.ndarray]:
-        """The edges in a rectangle's plane as coordinates of both ends along its two edges (2, 2, m) [m], and
-        whether each belongs to the room (m,)."""
-        corner = rectangle.corner - self.origin
-        flat = np.abs(rectangle.normal @ self.corners - corner @ rectangle.normal) < touch
-        start = np.flatnonzero(flat)
-        end = start - start % 4 + (start + 1) % 4
-        start, end = start[flat[end]], end[flat[end]]
-        axes = np.stack([rectangle.u, rectangle.v]) / _sides(rectangle)[:, None]
-        ends = np.stack([axes @ (self.corners[:, k] - corner[:, None]) for k in (start, end)], axis=1)
-        return ends, start < 4 * self.own
 
 
 def _corner(face: FlatFace) -> np.ndarray:
@@ -107,6 +82,8 @@ def standing(rectangle: Rectangle, feet: list[list[np.ndarray]], every: bool, la
     lamps : outlines (k, 3) [m] that are always cut out
     most_corners : largest number of corners of all feet, the largest feet first; rays account for the others
     """
+    if not feet and not lamps:
+        return None
     import shapely
 
     axes = np.stack([rectangle.u, rectangle.v]) / _sides(rectangle)[:, None]
@@ -207,45 +184,51 @@ def quartered(cells: np.ndarray) -> np.ndarray:
         (a, s, c, t), (s, b, c, t), (s, b, t, d), (a, s, t, d))])
 
 
-def covered_by_contact(mesh: Mesh, faces: Faces, touch: float) -> tuple[np.ndarray, dict[int, object]]:
+def covered_by_contact(mesh: Mesh, faces: Faces, starts: np.ndarray, flat: np.ndarray,
+                       touch: float) -> tuple[np.ndarray, dict[int, object]]:
     """Whether each patch is covered (n_patches,), and the uncovered parts of patches covered in part, as in
     `Mesh.partly`.
 
     A patch is covered where it is buried, face to face with another surface, as a crate and the floor, or
     where an earlier surface already lies in its place.
+    starts, flat : (n_parts,) first patch of each part of a surface, and whether the part is in one plane
     """
+    import shapely
+
     covered = mesh.covered.copy()
-    middle = np.ascontiguousarray(mesh.corners.mean(axis=1).T - mesh.middle[:, None])
-    shrunk = mesh.corners + 1e-5 * (mesh.centroid[:, None] - mesh.corners)
+    low, high = mesh.corners.min(axis=1), mesh.corners.max(axis=1)
+    boxes = np.stack([np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)], axis=1)
+    one, part = near_boxes(faces.boxes, boxes, touch)
+    parallel = np.abs(dot(faces.normals[one], mesh.normal[starts[part]])) > 1 - 1e-6
+    own = mesh.vertex_surface[mesh.patches[starts, 0]]
+    meet = (parallel | ~flat[part]) & (faces.surface[one] != own[part])
+    one, part, ends = one[meet], part[meet], np.append(starts[1:], len(mesh.patches))
     # Surfaces after `last` are luminaires, whose faces lie in a wall's plane. Sheets are cut where they are
     # covered.
     last = faces.surface.max(initial=-1)
     feet: dict[int, list] = {}
-    for index, face in zip(faces.surface, faces.faces, strict=True):
-        height = (_corner(face) - mesh.middle) @ face.normal
-        near = np.flatnonzero(np.abs(face.normal @ middle - height) < touch)
+    for k in np.unique(one):
+        index, face = faces.surface[k], faces.faces[k]
+        near = np.concatenate([np.arange(starts[p], ends[p]) for p in part[one == k]])
         near = near[(mesh.surface[near] != index) & (mesh.twin[near] < 0) & ~covered[near]]
-        facing, offset = mesh.normal[near] @ face.normal, shrunk[near] - _corner(face)
+        lowest, highest = faces.boxes[k]
+        near = near[((low[near] <= highest + touch) & (high[near] >= lowest - touch)).all(axis=1)]
+        shrunk = mesh.corners[near] + 1e-5 * (mesh.centroid[near, None] - mesh.corners[near])
+        facing, offset = mesh.normal[near] @ face.normal, shrunk - _corner(face)
         level = (np.abs(offset @ face.normal) < touch).all(axis=1)
         again = ((facing > 1 - PARALLEL_TOLERANCE) & (mesh.surface[near] > index)
                  & (mesh.surface[near] <= last))
         asked = level & ((facing < -1 + PARALLEL_TOLERANCE) | again)
-        asked, offset = near[asked], offset[asked]
+        shrunk, asked, offset = shrunk[asked], near[asked], offset[asked]
         if isinstance(face, Rectangle):
-            s = offset @ face.u / (face.u @ face.u)
-            t = offset @ face.v / (face.v @ face.v)
-            inside = ((s > 0) & (s < 1) & (t > 0) & (t < 1)).all(axis=1)
-            beside = ((s.max(axis=1) < 0) | (s.min(axis=1) > 1) | (t.max(axis=1) < 0) | (t.min(axis=1) > 1))
-            covered[asked] = inside
-            for patch in asked[~inside & ~beside]:
-                feet.setdefault(int(patch), []).append(face)
-        elif len(asked):
-            inside = face.contains(shrunk[asked]).all(axis=1)
-            covered[asked] = inside
-            flat, bounds = face.flat(shrunk[asked]), np.reshape(face.shape.bounds, (2, 2))
-            beside = ((flat.max(axis=1) < bounds[0]) | (flat.min(axis=1) > bounds[1])).any(axis=1)
-            for patch in asked[~inside & ~beside]:
-                feet.setdefault(int(patch), []).append(face)
+            places = np.stack([offset @ edge / (edge @ edge) for edge in (face.u, face.v)], axis=-1)
+            inside, shape = ((places > 0) & (places < 1)).all(axis=(1, 2)), shapely.box(0, 0, 1, 1)
+        else:
+            places, inside, shape = face.flat(shrunk), face.contains(shrunk).all(axis=1), face.shape
+        covered[asked] = inside
+        shapely.prepare(shape)
+        for patch in asked[~inside & shapely.intersects(shape, shapely.polygons(places))]:
+            feet.setdefault(int(patch), []).append(face)
     return covered, _left(mesh, covered, feet)
 
 
