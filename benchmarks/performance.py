@@ -4,13 +4,14 @@
 
 Without an argument all parts but the last run. The last two have up to a million patches and take minutes and
 5 GB; the last prints a table of its own.
-Compares with pyViewFactor where that is installed (pip install pyviewfactor numba). Run nothing else
-meanwhile.
+Part `factors` compares with pyViewFactor (pip install pyviewfactor numba) and with View3D (a C program; an
+executable view3d on the PATH) where these are installed. Run nothing else meanwhile.
 """
 
 import json
 import os
 import resource
+import shutil
 import statistics
 import subprocess
 import sys
@@ -24,6 +25,7 @@ import renderer  # before numpy, so that BLAS leaves the cores to the rays
 import numpy as np
 
 from renderer.pictures.camera import look
+from renderer.radiometry.polygons import exchange_areas
 from renderer.readings.photometer import make_meter
 from renderer.scene.reading import packaged_scenes
 from renderer.solving.plan import Plan
@@ -82,12 +84,23 @@ def to_surfaces(mesh, exchange) -> np.ndarray:
     return (exchange.matrix @ member)[live] / exchange.areas[live, None]
 
 
+def error_of(found: np.ndarray, truth: np.ndarray) -> str:
+    """The error of form factors, as text."""
+    error = np.abs(found - truth)
+    return f"error {np.sqrt((error**2).mean()):.4f} rms, {error.max():.4f} at most"
+
+
 def factors() -> None:
     """Form factors of about 1,500 patches, in an empty room and with a crate."""
     empty = mesh_of(BOX, 0.238)
+    walls = mesh_of(BOX, 4.0)
+    sides = np.repeat(empty.corners, 6, axis=0), np.tile(walls.corners, (len(empty.patches), 1, 1))
+    exact = exchange_areas(*sides).reshape(-1, 6) / empty.area[:, None]
+    exact[empty.surface[:, None] == walls.surface] = 0.0
     seconds, exchange = timed(lambda: contour_exchange(empty))
     row(f"form factors, empty box, {len(empty.patches):,} patches", "factors", "0.1 s, closure 1e-6",
-        f"{seconds:.2f} s; closure {exchange.closure_error:.0e} before balancing")
+        f"{seconds:.2f} s; closure {exchange.closure_error:.0e} before balancing; "
+        f"{error_of(to_surfaces(empty, exchange), exact)}")
     crate = mesh_of(BOX + CRATE, 0.247)
 
     def by_pairs(rays: int):
@@ -100,37 +113,65 @@ def factors() -> None:
     for way, name in ((by_pairs, "rays between doubtful pairs"), (by_hemispheres, "rays over hemispheres")):
         for rays in RAYS:
             seconds, exchange = timed(lambda way=way, rays=rays: way(rays))
-            error = np.abs(to_surfaces(crate, exchange) - truth)
             asked = "0.3 s, error 0.002" if way is by_pairs and rays == RAYS[0] else ""
             row(f"with a crate, {len(crate.patches):,} patches, {name}, {rays:,} a patch", "factors", asked,
-                f"{seconds:.2f} s; error {np.sqrt((error**2).mean()):.4f} rms, {error.max():.4f} at most")
-    peer(empty, None)
-    peer(crate, truth)
+                f"{seconds:.2f} s; {error_of(to_surfaces(crate, exchange), truth)}")
+    for program, others in (("pyViewFactor", by_pyviewfactor), ("View3D", by_view3d)):
+        peer(program, "empty box", empty, others, lambda: contour_exchange(empty), exact)
+        peer(program, "with a crate", crate, others, lambda: by_pairs(RAYS[0]), truth)
 
 
-def peer(mesh, truth: np.ndarray | None) -> None:
-    """Form factors of the mesh by pyViewFactor (AREP, MIT), compiled beforehand, with the error relative to
-    `truth`."""
+def peer(program: str, where: str, mesh, others, ours, truth: np.ndarray) -> None:
+    """Print the time and the error of another program's form factors, and of our time its share.
+
+    others : (mesh, exposed) -> seconds, factors between exposed patches (n, n); None where not installed
+    ours : computes ours; truth : factors from exposed patches to surfaces (n, n_surfaces)
+    """
+    exposed = RayScene(mesh).exposed
+    made = others(mesh, exposed)
+    if made is None:
+        return
+    seconds, factors = made
+    found = factors @ np.eye(mesh.surface.max() + 1)[mesh.surface[exposed]]
+    aim = "ours 0.02 of it" if others is by_pyviewfactor else ""
+    row(f"{program}, {where}, the same {len(mesh.patches):,} patches", "factors", aim,
+        f"{seconds:.2f} s, ours {timed(ours)[0] / seconds:.3f} of it; {error_of(found, truth)}")
+
+
+def by_pyviewfactor(mesh, exposed: np.ndarray) -> tuple[float, np.ndarray] | None:
+    """Seconds and form factors of exposed patches by pyViewFactor (AREP, MIT), compiled beforehand, on every
+    core."""
     try:
         import pyviewfactor
         import pyvista
     except ImportError:
         print("pyviewfactor is not installed: pip install pyviewfactor numba", file=sys.stderr)
-        return
-    kept = np.ones(len(mesh.patches), dtype=bool) if truth is None else RayScene(mesh).exposed
-    body = pyvista.PolyData(mesh.vertices, np.concatenate([[4, *patch] for patch in mesh.patches[kept]]))
-    walls = None if truth is None else body
+        return None
+    body = pyvista.PolyData(mesh.vertices, np.concatenate([[4, *patch] for patch in mesh.patches[exposed]]))
+    walls = None if exposed.all() else body  # it is told where nothing can stand between two patches
     matrix = pyviewfactor.compute_viewfactor_matrix
     matrix(body.extract_cells(range(40)).extract_surface(algorithm=None), obstacles=walls)  # compiles
-    seconds, made = timed(lambda: matrix(body, obstacles=walls, skip_obstruction=truth is None), 1)
-    sums = made.T @ np.eye(mesh.surface.max() + 1)[mesh.surface[kept]]
-    said = f"sums {sums.sum(axis=1).min():.4f} to {sums.sum(axis=1).max():.4f}"
-    if truth is not None:
-        error = np.abs(sums - truth)
-        said = f"error {np.sqrt((error**2).mean()):.4f} rms, {error.max():.4f} at most"
-    where = "empty box" if truth is None else "with a crate"
-    row(f"pyViewFactor, {where}, the same {len(mesh.patches):,} patches", "factors", "",
-        f"{seconds:.2f} s; {said}")
+    seconds, made = timed(lambda: matrix(body, obstacles=walls, skip_obstruction=walls is None), 1)
+    return seconds, made.T
+
+
+def by_view3d(mesh, exposed: np.ndarray) -> tuple[float, np.ndarray] | None:
+    """Seconds and form factors of exposed patches by View3D (NIST, GPL), a process on one core, which makes
+    them closed and writes them."""
+    program, n = shutil.which("view3d"), int(exposed.sum())
+    if program is None:
+        print("view3d is not on the PATH: build View3D from its source", file=sys.stderr)
+        return None
+    lines = ["T room", "C encl=1 out=1", "F 3"]
+    lines += [f"V {k} {x:.12g} {y:.12g} {z:.12g}" for k, (x, y, z) in enumerate(mesh.vertices, 1)]
+    lines += [f"S {k} {a} {b} {c} {d} 0 0 0.5 s" for k, (a, b, c, d) in
+              enumerate(mesh.patches[exposed] + 1, 1)]
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "room.vs3").write_text("\n".join([*lines, "End of data\n"]))
+        seconds, _ = timed(lambda: subprocess.run([program, "room.vs3", "factors"], cwd=folder, check=True,
+                                                  capture_output=True), 1)
+        values = np.fromfile(Path(folder, "factors"), np.float32, offset=32)  # areas, factors, emittances
+    return seconds, values[n:n + n * n].reshape(n, n).astype(float)
 
 
 def reuse() -> None:

@@ -1,6 +1,6 @@
 """Error bars in rooms with exactly known readings.
 
-    .venv/bin/python benchmarks/coverage.py [rooms] [accuracy ...] [--kind KIND]
+    .venv/bin/python benchmarks/exact_rooms.py [rooms] [accuracy ...] [--kind KIND]
 
 The rooms are those of renderer/studies/validation/exact. Prints for each accuracy and kind the share of true
 values inside the bar, the mean of signed error over bar, the largest error over bar, and medians.
