@@ -68,6 +68,7 @@ speed: $(VENV)/installed
 	$(BIN)/python benchmarks/peers.py picture > outputs/speed_pictures.md
 	$(BIN)/python benchmarks/peers.py bands > outputs/speed_bands.md
 	$(BIN)/python benchmarks/performance.py million > outputs/speed_million.md
+	$(BIN)/python benchmarks/low_rank.py > outputs/speed_low_rank.md
 	$(BIN)/python docs/insert.py
 
 # The errors of RGB in many rooms, for docs/answer.md: about half an hour on two idle cores.
