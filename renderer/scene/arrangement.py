@@ -12,6 +12,10 @@ from renderer.scene.geometry import CONTACT_TOLERANCE, PARALLEL_TOLERANCE, Recta
 from renderer.scene.shells import Shell
 
 
+MANY_LINES = 100
+"""Number of lines across a face above which they are joined end to end before their crossings are found."""
+
+
 @dataclass(frozen=True)
 class Exposed:
     """The flat parts of a surface, without those inside solids.
@@ -208,6 +212,9 @@ class Arrangement:
         import shapely
 
         shape = face.shape
+        if len(lines) > MANY_LINES:
+            short = shapely.set_precision(shapely.get_parts(lines), self.off / 100, mode="pointwise")
+            lines = [shapely.line_merge(shapely.multilinestrings(short))]
         noded = shapely.union_all([shape.boundary, *lines], grid_size=self.off / 100)
         cells = shapely.get_parts(shapely.polygonize(list(getattr(noded, "geoms", [noded]))))
         inside = shape.buffer(2 * self.off)
