@@ -11,7 +11,6 @@ from renderer.scene.flat import Parts, Polygon, polygon, rectilinear
 from renderer.scene.geometry import CONTACT_TOLERANCE, PARALLEL_TOLERANCE, Rectangle, triangle_areas
 from renderer.scene.shells import Shell
 
-
 MANY_LINES = 100
 """Number of lines across a face above which they are joined end to end before their crossings are found."""
 

@@ -11,7 +11,15 @@ from renderer.scene.mounting import Mounting
 from renderer.scene.scene import Scene, Surface
 from renderer.scene.triangle_mesh import divided_to
 from renderer.transport.mesh.assembly import Part, assembled
-from renderer.transport.mesh.contacts import Faces, covered_by_contact, cut, graded, standing, turned
+from renderer.transport.mesh.contacts import (
+    Faces,
+    covered_by_contact,
+    cut,
+    extent,
+    graded,
+    standing,
+    turned,
+)
 from renderer.transport.mesh.gathering import gathered
 from renderer.transport.mesh.grid_lines import GridLines
 from renderer.transport.mesh.mesh import Mesh
@@ -75,6 +83,7 @@ class _Builder:
         self.of_room = np.array([surface.of_room for surface in surfaces])
         self.two_sided = [surface.two_sided for surface in surfaces]
         self.luminaires = luminaires
+        self.lamp_points = [np.vstack([lum.center, lum.corners]) for lum in luminaires]
         # in_gap limits patches of a solid across a gap, as under a low table, in a shelf or between louvres.
         # Gaps wider than √(room area)/25 have no effect.
         self.close, self.in_gap = close, close * 25.0 / CLOSE_TO_LAMP
@@ -181,19 +190,16 @@ class _Builder:
             return []
         sides = np.linalg.norm(rectangle.u), np.linalg.norm(rectangle.v)
         axes = np.stack([rectangle.u / sides[0], rectangle.v / sides[1], rectangle.normal])
-        near = []
-        for lum in self.luminaires:
-            points = np.vstack([lum.center, lum.corners])
-            points = (points - rectangle.corner) @ axes.T
-            lit = ((rectangle.corners - lum.center) @ lum.normal).max() > self.touch
-            if points[:, 2].max() <= self.touch or (lum.forward_only and not lit):
-                continue
-            near.append((points, points, self.close, self.patch_size / 64))
-        for corners in facing:
-            local = (corners - rectangle.corner) @ axes.T
-            near.append((local.min(axis=0)[None], local.max(axis=0)[None], self.in_gap,
-                         self.shortest_in_gap))
-        return near
+        near = [(*extent(facing, rectangle.corner, axes), self.in_gap, self.shortest_in_gap)]
+        if self.luminaires:
+            points = (np.concatenate(self.lamp_points) - rectangle.corner) @ axes.T
+            counts = [len(each) for each in self.lamp_points]
+            above = np.maximum.reduceat(points[:, 2], np.cumsum(counts) - counts) > self.touch
+            lit = [not lum.forward_only or ((rectangle.corners - lum.center) @ lum.normal).max() > self.touch
+                   for lum in self.luminaires]
+            points = points[np.repeat(above & lit, counts)]
+            near.insert(0, (points, points, self.close, self.patch_size / 64))
+        return near if any(len(low) for low, *_ in near) else []
 
     def add_triangles(self, index: int, triangles: np.ndarray, sides: np.ndarray) -> None:
         """Add triangles (k, 3, 3) [m], divided until no side is longer than two patches. They may be

@@ -20,7 +20,8 @@ class Faces:
         self.surface = np.array([index for index, _ in flat], dtype=int)
         self.normals = np.array([face.normal for face in self.faces]).reshape(-1, 3)
         self.corners = np.array([_corner(face) for face in self.faces]).reshape(-1, 3)
-        boxes = np.array([[ring.min(axis=0), ring.max(axis=0)] for ring in map(_outline, self.faces)])
+        self.outlines = [_rings(face)[0] for face in self.faces]
+        boxes = np.array([[ring.min(axis=0), ring.max(axis=0)] for ring in self.outlines])
         self.boxes = boxes.reshape(-1, 2, 3)
         self.middles = self.boxes.mean(axis=1)
         self.radii = np.linalg.norm(np.diff(self.boxes, axis=1)[:, 0], axis=1) / 2
@@ -44,26 +45,30 @@ class Faces:
 
         asked : (n_surfaces,) whether each surface counts
         """
-        own = _outline(face)
+        own = _rings(face)[0]
         middle = (own.min(axis=0) + own.max(axis=0)) / 2
         radius = np.linalg.norm(np.ptp(own, axis=0)) / 2
         before = face.normal @ self.about - (middle - self.origin) @ face.normal
         near = np.flatnonzero((before > touch) & (before - self.radii < gap) & asked[self.surface]
                               & (face.normal @ self.facing < -0.5))
         apart = np.linalg.norm(self.middles[near] - middle, axis=1)
-        near = near[apart < self.radii[near] + radius + gap]
-        outlines = [_outline(self.faces[k]) for k in near]
-        heights = [(outline - _corner(face)) @ face.normal for outline in outlines]
-        return [outline for outline, height in zip(outlines, heights, strict=True)
-                if touch < height.min() < gap]
+        outlines = [self.outlines[k] for k in near[apart < self.radii[near] + radius + gap]]
+        lowest, _ = extent(outlines, _corner(face), face.normal[None])
+        return [outline for outline, height in zip(outlines, lowest[:, 0].tolist(), strict=True)
+                if touch < height < gap]
+
+
+def extent(outlines: list[np.ndarray], origin: np.ndarray, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinates (m, d) [m] of m outlines (k, 3) along axes (d, 3) from an origin."""
+    if not outlines:
+        return np.zeros((0, len(axes))), np.zeros((0, len(axes)))
+    counts = [len(outline) for outline in outlines]
+    along, starts = (np.concatenate(outlines) - origin) @ axes.T, np.cumsum(counts) - counts
+    return np.minimum.reduceat(along, starts), np.maximum.reduceat(along, starts)
 
 
 def _corner(face: FlatFace) -> np.ndarray:
     return face.corner if isinstance(face, Rectangle) else face.origin
-
-
-def _outline(face: FlatFace) -> np.ndarray:
-    return _rings(face)[0]
 
 
 def _rings(face: FlatFace) -> list[np.ndarray]:
@@ -158,22 +163,35 @@ def graded(cells: np.ndarray, sides: tuple[float, float], near: list[tuple]) -> 
     close, shortest = (np.repeat([boxes[k] for boxes in near], [len(boxes[0]) for boxes in near])
                        for k in (2, 3))
     level = np.maximum(np.maximum(low[:, 2], -high[:, 2]), 0.0)
+    whole = np.array([[0.0, 1.0, 0.0, 1.0]])
+    longest = (np.diff(cells)[:, [0, 2]] * sides).max()
+    needed = longest > 1.01 * np.maximum(close * _apart(whole, sides, low, high, level)[0], shortest)
     for first in range(0, len(low), 16):
-        some = slice(first, first + 16)
+        some = first + np.flatnonzero(needed[first:first + 16])
+        if not len(some):
+            continue
         done = []
         while len(cells):
-            sizes, beside = [], []
-            for axis in range(2):
-                start, end = (cells[:, 2 * axis + k, None] * sides[axis] for k in range(2))
-                sizes.append(end - start)
-                beside.append(np.maximum(np.maximum(start - high[some, axis], low[some, axis] - end), 0.0))
-            away = np.sqrt(beside[0]**2 + beside[1]**2 + level[some]**2)
+            away = _apart(cells, sides, low[some], high[some], level[some])
             limit = np.maximum(close[some] * away, shortest[some]).min(axis=1)
-            long = np.maximum(*sizes)[:, 0] > 1.01 * limit
+            sizes = [cells[:, 2 * axis + 1] * sides[axis] - cells[:, 2 * axis] * sides[axis]
+                     for axis in range(2)]
+            long = np.maximum(*sizes) > 1.01 * limit
             done.append(cells[~long])
             cells = quartered(cells[long])
         cells = np.vstack(done)
     return cells
+
+
+def _apart(cells: np.ndarray, sides: tuple[float, float], low: np.ndarray, high: np.ndarray,
+           level: np.ndarray) -> np.ndarray:
+    """Distance (m, b) [m] of each cell from each box; level : (b,) [m] of the box above the rectangle or
+    below it"""
+    beside = []
+    for axis in range(2):
+        start, end = (cells[:, 2 * axis + k, None] * sides[axis] for k in range(2))
+        beside.append(np.maximum(np.maximum(start - high[:, axis], low[:, axis] - end), 0.0))
+    return np.sqrt(beside[0]**2 + beside[1]**2 + level**2)
 
 
 def quartered(cells: np.ndarray) -> np.ndarray:
