@@ -33,7 +33,7 @@ Longer examples are in the [recipes](recipes.md) and in the [notebook](tutorial.
 """
 ORDER = ("load", "solve", "Scene", "Solution", "Reading", "GridReading", "Figure", "Glare",
          "InputError", "SolveError")
-HIDDEN = ("meters", "parallel_map", "make_ready", "read_at", "transports")
+HIDDEN = ("meters", "make_ready", "read_at")
 """Methods of a solution that the program's own studies use."""
 
 

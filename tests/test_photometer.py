@@ -11,7 +11,9 @@ from renderer.radiometry.polygons import polygon_factors
 from renderer.readings import photometer
 from renderer.readings.meter_place import place
 from renderer.readings.photometer import _elements, make_meter
+from renderer.solving import plan
 from renderer.solving.transport_store import TransportStore
+from renderer.system import threads
 from renderer.transport.rays.ray_scene import STAND_OFF
 
 UP = [0, 0, 1]
@@ -194,3 +196,43 @@ def test_a_second_paint_is_read_as_it_would_be_alone_and_casts_no_ray(room):
     assert [each.rays for each in store.kept.values()] == cast
     assert kept.total_lx == alone.total_lx
     assert kept.uncertainty == alone.uncertainty
+
+
+SPOTS = [([x, 1.0, 0.0], UP, f"at {x}") for x in np.linspace(0.3, 3.4, 2 * threads.CORES + 3)]
+
+
+@pytest.fixture
+def read_by_elements(room, monkeypatch):
+    monkeypatch.setattr(plan, "MIN_ACCURACY_BY_PATHS", 1.0)
+    crate = {"shape": "box", "position": [1.5, 1.5, 0.0], "size": [1.0, 1.0, 1.0]}
+    return renderer.solve(room(objects=[crate]), "rgb", 0.05)
+
+
+def test_meters_on_every_core_have_the_readings_and_ray_counts_of_one_core(read_by_elements, monkeypatch):
+    solution = read_by_elements
+    transports = [each.transport for each in (solution, *solution.mesh_sequence.meshes[1:])]
+
+    def read(cores: int) -> tuple:
+        monkeypatch.setattr(threads, "CORES", cores)
+        for transport in transports:
+            transport.meters.clear()
+        before = [each.rays for each in transports]
+        numbers = [(each.name, each.total_lx, each.mesh_error, each.sampling_error)
+                   for each in solution.read_at(SPOTS)]
+        return numbers, [each.rays - cast for each, cast in zip(transports, before, strict=True)]
+
+    solution.make_ready()  # whose rays are cast once
+    on_every_core = read(threads.CORES)
+    assert [each[0] for each in on_every_core[0]] == [name for *_, name in SPOTS]
+    assert min(on_every_core[1]) > 0
+    assert read(1) == on_every_core
+
+
+def test_no_meters_ask_for_no_error_bars(read_by_elements):
+    assert read_by_elements.read_at([]) == []
+    assert "mesh_sequence" not in vars(read_by_elements)
+
+
+def test_one_of_many_meters_that_cannot_stand_is_refused(read_by_elements):
+    with pytest.raises(renderer.InputError, match=r"'beside'.*outside"):
+        read_by_elements.read_at([*SPOTS, ([9.0, 1.0, 0.0], UP, "beside")])

@@ -1,6 +1,7 @@
 """Readings of a solved room beyond single photometers: grids, luminances, glare."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from renderer.readings.uncertainty import Figure, band_error, half_widths
 from renderer.scene.grids import Grid
 from renderer.solving.mesh_sequence import meter_per_transport
 from renderer.solving.solution import Solution
+from renderer.system.threads import run_concurrently
 
 
 def read_grid(solution: Solution, grid: Grid) -> GridReading:
@@ -27,13 +29,13 @@ def read_points(solution: Solution, grid: Grid, read: np.ndarray) -> GridReading
         return _by_paths(solution, grid, read)
     mesh_sequence = solution.mesh_sequence
 
-    def at(k: int) -> list[np.ndarray]:
-        meter = solution.meters(points[k], grid.normal, where)
+    def at(point: np.ndarray) -> list[np.ndarray]:
+        meter = solution.meters(point, grid.normal, where)
         return [each.read_lx(meter(each)) for each in (solution, *solution.by_bands, *mesh_sequence.meshes,
                                                        *mesh_sequence.replicas)]
 
     solution.make_ready()
-    rows = solution.parallel_map(at, len(points))
+    rows = run_concurrently(*[partial(at, point) for point in points])
     own, these, narrow, *rest = np.array(rows).swapaxes(0, 1)
     means = (float(each.sum(axis=1).mean()) for each in (these, narrow))
     meshes, replicas = np.split(np.array(rest), [len(mesh_sequence.meshes)])

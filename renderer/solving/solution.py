@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -19,9 +20,9 @@ from renderer.solving.plan import Plan, make_plan
 from renderer.solving.radiosity_field import RadiosityField, solve_field
 from renderer.solving.transport_store import Progress, TransportStore
 from renderer.solving.watch import Watch
-from renderer.system import processes
 from renderer.system.lazy import cached_property
 from renderer.system.log import LOGGER
+from renderer.system.threads import run_concurrently
 from renderer.transport.transport import Transport, refuse_hidden
 
 
@@ -110,7 +111,7 @@ class Solution(RadiosityField):
         if self.by_paths(len(spots)):
             return self._by_paths(spots)
         self.make_ready()
-        return self.parallel_map(lambda k: self._by_elements(*spots[k]), len(spots))
+        return run_concurrently(*[partial(self._by_elements, *spot) for spot in spots])
 
     def _by_paths(self, spots: list[tuple]) -> list[Reading]:
         spots = [(np.asarray(at, dtype=float), np.asarray(normal, dtype=float), name)
@@ -140,19 +141,6 @@ class Solution(RadiosityField):
     def gather_fields(self) -> GatherFields:
         """The light at the ends of paths, and on other meshes and in other bands for its errors."""
         return gather_fields(self)
-
-    def parallel_map(self, read: Callable[[int], object], n: int) -> list:
-        """Return [read(0), …, read(n − 1)], computed on every core; `read` reads meters of this room."""
-        transports = self.transports
-        casting = [each.ray_scene for each in transports if each.ray_scene is not None]
-        return processes.parallel_map(read, n, casting, not any(each.exchange.single for each in transports))
-
-    @property
-    def transports(self) -> list[Transport]:
-        """Transports of this mesh and of the meshes for its error."""
-        return list(
-            {id(each.transport): each.transport for each in (self, *self.mesh_sequence.meshes)}.values()
-        )
 
     def make_ready(self) -> None:
         """Compute on every core what all readings share, before meters are divided among cores."""
