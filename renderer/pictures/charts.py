@@ -63,7 +63,8 @@ def ratio_scale(every, panels: list[np.ndarray], label: str) -> list[np.ndarray]
 def saved(figure, path: Path) -> Path:
     """Write the sheet to a whole PNG file. It is laid out and drawn once; `savefig` does both twice."""
     figure.canvas.draw()
-    picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
+    size, pixels = figure.canvas.get_width_height(), figure.canvas.buffer_rgba()
+    picture = Image.frombuffer("RGBA", size, pixels).convert("RGB")
     with whole_file(path) as part:
-        picture.save(part, "PNG", dpi=(figure.dpi, figure.dpi))
+        picture.save(part, "PNG", dpi=(figure.dpi, figure.dpi), compress_level=3)
     return path

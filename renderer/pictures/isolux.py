@@ -1,71 +1,102 @@
 """The isolux plan of a grid: contours and numbers over the room, its furniture and its luminaires."""
 
-from itertools import pairwise
 from pathlib import Path
 
-import contourpy
 import numpy as np
 import shapely
 from scipy.interpolate import RBFInterpolator
 
-from renderer.pictures.drawing import DPI, POINT, Frame, Sheet, cross_mark, font, round_ticks, tick_labels
-from renderer.pictures.isolux_sheet import CROSS_SIZE, LINE_STYLES, colours_between, lay_out
+from renderer.pictures.canvas import broken
+from renderer.pictures.charts import new_figure, saved
+from renderer.pictures.sheet import plain
 from renderer.readings.grid import GridReading
 from renderer.scene.grids import Grid
 from renderer.scene.scene import Scene
 from renderer.scene.triangle_mesh import TriangleMesh
-from renderer.system.files import whole_file
 
 CONTOUR_COLOUR = "#7a3b00"
 """Colour of contours and their numbers."""
 
+LINE_STYLES = {
+    "area of the grid": {"colors": "#707070", "linewidths": 0.8, "linestyles": ":", "zorder": 2},
+    "object": {"colors": "#4a6078", "linewidths": 1.0, "zorder": 2.5},
+    "luminaire": {"colors": "#cc2222", "linewidths": 1.2, "linestyles": "--", "zorder": 6},
+}
+"""Lines of the legend. A point luminaire is a cross."""
+
 MAX_SPLINE_POINTS = 400
 """Number of points above which a spline through all of them takes seconds."""
+
+FRAME_INCHES = 7.2
+"""Longer side of the frame [inches]."""
+
+DPI = 110
+
+LETTER = 0.64
+"""Width of a digit in sizes of the font; letters of a text are narrower on average."""
 
 
 def save_isolux(scene: Scene, reading: GridReading, path: Path) -> Path:
     """Draw the plan of a grid, or the elevation of an upright one."""
     axes_of = _axes(reading.grid)
     walls, shapes = _room(scene, reading.grid, axes_of)
-    frame = Frame(*_view(reading, axes_of, np.vstack([*walls, *(points for _, points in shapes)])))
-    levels, contours = _draw_light(frame, reading, axes_of)
-    luminaires = [shape for shape in shapes if "luminaire" in shape[0]]
-    _draw_shapes(frame, [shape for shape in shapes if "luminaire" not in shape[0]])
-    for contour in (piece for pieces in contours for piece in pieces):
-        frame.line(contour, CONTOUR_COLOUR, 0.9)
-    for wall in walls:
-        frame.line(wall, "black", 1.6)
-    _draw_shapes(frame, luminaires)
-    names = ("x [m]", "y [m]") if axes_of[2, 2] == 1 else ("across, from the grid's corner [m]", "up [m]")
-    sheet, corner = lay_out(f"{scene.title}: {reading.grid.name}", _caption(reading), frame, levels,
-                            list(dict.fromkeys(label for label, _ in shapes)), names)
-    places = _flat(reading.grid.points[reading.read], reading.grid, axes_of)
-    _write_numbers(sheet, reading.total, frame.pixels(places) + corner, levels,
-                   [[frame.pixels(piece) + corner for piece in pieces] for pieces in contours])
-    with whole_file(path) as part:
-        sheet.image.save(part, "PNG", dpi=(DPI, DPI), compress_level=3)
-    return path
+    low, high = _view(reading, axes_of, np.vstack([*walls, *(points for _, points in shapes)]))
+    size = FRAME_INCHES * (high - low) / (high - low).max()
+    figure = new_figure(*size, dpi=DPI)
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    filled, lines = _draw_light(axes, reading, axes_of)
+    _draw_room(axes, walls, shapes)
+    plan = axes_of[2, 2] == 1
+    axes.set_xlabel("x [m]" if plan else "across, from the grid's corner [m]")
+    axes.set_ylabel("y [m]" if plan else "up [m]")
+    _lay_out(figure, axes, size, f"{scene.title}: {reading.grid.name}", _caption(reading), filled)
+    _write_numbers(axes, reading, _flat(reading.grid.points[reading.read], reading.grid, axes_of), lines)
+    return saved(figure, path)
 
 
-def _caption(reading: GridReading) -> list[list[tuple]]:
-    """Two lines, each the runs of text of `Sheet.runs`."""
+def _lay_out(figure, axes, size: np.ndarray, title: str, caption: str, filled) -> None:
+    """Put the title, the caption, the colour bar of filled contours and the legend around axes.
 
-    def text(words: str) -> tuple:
-        return words, 9.5, "", 0
+    size : of the axes (2,) [inches]; filled : or None for no colour bar
 
-    def symbol(letter: str, below: str = "") -> list[tuple]:
-        return [(letter, 9.5, "-Oblique", 0), (below, 7, "-Oblique", 2 * POINT)]
+    matplotlib's constrained layout would lay out every text several times.
+    """
+    digits = max(map(len, axes.yaxis.get_major_formatter().format_ticks(axes.get_yticks())))
+    left = 0.55 + LETTER * 10 / 72 * digits
+    right, bar = 0.2, 0.0
+    if filled is not None:
+        right = 0.9 + LETTER * 10 / 72 * max(len(f"{level:g}") for level in filled.levels)
+        bar = max(0.8 * size[1], 0.18 * len(filled.levels))
+    width = max(left + size[0] + right, 0.4 + LETTER * 9.5 / 72 * max(map(len, caption.split("\n"))), 5.8)
+    names = broken(plain(title), 12.5 / 72, width - 0.4)
+    head = 0.55 + 0.21 * len(names)
+    body = max(size[1], bar + 0.15)
+    height = head + body + 0.9
+    figure.set_size_inches(width, height)
+    corner = (width - left - size[0] - right) / 2 + left, height - head - (body + size[1]) / 2
 
-    runs = [*symbol("Ē"), text(f" {_lux(reading.mean.value)} ± {reading.mean.uncertainty:.2g} lx,   "),
-            *symbol("E", "min"), text(f" {_lux(reading.least.value)} lx,   "),
-            *symbol("E", "max"), text(f" {_lux(reading.most.value)} lx")]
+    def box(x: float, y: float, across: float, up: float) -> tuple[float, ...]:
+        return x / width, y / height, across / width, up / height
+
+    axes.set_position(box(*corner, *size))
+    figure.text(0.5, 1 - 0.1 / height, "\n".join(names), fontsize=12.5, weight="bold", ha="center", va="top")
+    figure.text(0.5, 1 - (head - 0.08) / height, caption, fontsize=9.5, ha="center", va="bottom")
+    if filled is not None:
+        right_of = box(corner[0] + size[0] + 0.18, corner[1] + (size[1] - bar) / 2, 0.27, bar)
+        figure.colorbar(filled, cax=figure.add_axes(right_of), label="illuminance [lx]", format="%g",
+                        ticks=filled.levels)
+    figure.legend(loc="lower center", ncols=4, fontsize=8, frameon=False)
+
+
+def _caption(reading: GridReading) -> str:
+    parts = [f"Ē {_lux(reading.mean.value)} ± {reading.mean.uncertainty:.2g} lx",
+             f"E_min {_lux(reading.least.value)} lx", f"E_max {_lux(reading.most.value)} lx"]
     if reading.uniformity is not None:
-        runs += [text(",   "), *symbol("U", "0"),
-                 text(f" {reading.uniformity:.3f} ± {reading.uniformity_error:.1g}")]
+        parts.append(f"U₀ {reading.uniformity:.3f} ± {reading.uniformity_error:.1g}")
     points = f"{reading.grid.counts[0]} × {reading.grid.counts[1]} points"
     if reading.left_out:
         points += f", {reading.left_out} left out"
-    return [runs, [text(points)]]
+    return ",   ".join(parts) + f"\n{points}"
 
 
 def _lux(value: float) -> str:
@@ -89,30 +120,18 @@ def _flat(points: np.ndarray, grid: Grid, axes_of: np.ndarray) -> np.ndarray:
     return (points - origin) @ axes_of[:2].T
 
 
-def _draw_light(frame: Frame, reading: GridReading, axes_of: np.ndarray
-                ) -> tuple[np.ndarray, list[list[np.ndarray]]]:
-    """Fill the areas between levels of the interpolated illuminance.
-
-    Returns the levels (n,) [lx], and of each its contours (k, 2) [m] on the paper. None for uniform
-    illuminance, and for a single row of points.
-    """
+def _draw_light(axes, reading: GridReading, axes_of: np.ndarray) -> tuple:
+    """Draw filled contours of interpolated illuminance, and their lines. None of both for uniform illuminance
+    and for a single row of points."""
     if min(reading.grid.counts) == 1 or np.ptp(reading.total) <= 1e-6 * reading.most.value:
-        return np.zeros(0), []
-    levels = round_ticks(reading.least.value, reading.most.value, 10)
+        return None, None
+    from matplotlib.ticker import MaxNLocator
+
+    levels = MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(reading.least.value, reading.most.value)
     places, lux = interpolated(reading)
-    across, up = np.moveaxis(_flat(places, reading.grid, axes_of), -1, 0)
-    surface = contourpy.contour_generator(across, up, np.ma.masked_invalid(lux), fill_type="OuterOffset")
-    rings = []
-    for (low, high), colour in zip(pairwise(levels), colours_between(levels), strict=True):
-        for points, offsets in zip(*surface.filled(low, high), strict=True):
-            for k, (start, stop) in enumerate(pairwise(offsets)):
-                x, y = points[start:stop].T
-                size = abs(x[1:] @ y[:-1] - x[:-1] @ y[1:])
-                # A hole comes before an area that fills it.
-                rings.append((size * (1 + 1e-9 * (k > 0)), points[start:stop], "white" if k else colour))
-    for _, points, colour in sorted(rings, key=lambda ring: -ring[0]):
-        frame.area(points, colour)
-    return levels, [surface.lines(level) for level in levels]
+    surface = (*np.moveaxis(_flat(places, reading.grid, axes_of), -1, 0), np.ma.masked_invalid(lux))
+    filled = axes.contourf(*surface, levels=levels, cmap="YlOrBr", alpha=0.75, zorder=1)
+    return filled, axes.contour(*surface, levels=levels, colors=CONTOUR_COLOUR, linewidths=0.9, zorder=3)
 
 
 def interpolated(reading: GridReading) -> tuple[np.ndarray, np.ndarray]:
@@ -149,29 +168,33 @@ def _in_line(reading: GridReading) -> bool:
     return np.linalg.matrix_rank(places - places[0]) < 2
 
 
-def _write_numbers(sheet: Sheet, lux: np.ndarray, places: np.ndarray, levels: np.ndarray,
-                   contours: list[list[np.ndarray]]) -> None:
-    """Write the illuminance at points where there is room, then on contours where that covers no number.
+def _write_numbers(axes, reading: GridReading, places: np.ndarray, lines) -> None:
+    """Write the illuminance at places (k, 2) [m] where there is room, then on contours where that covers no
+    number."""
+    from matplotlib.patheffects import withStroke
 
-    lux : (k,) [lx] at places (k, 2); contours : of each level; all places in pixels of the sheet
-    """
-    numbers = [_lux(value) for value in lux]
-    width = max(22.0 * POINT, 3 * POINT + max(map(font(7.2).getlength, numbers)))
-    height = 9.0 * POINT
+    style = {"ha": "center", "va": "center", "zorder": 7, "clip_on": True,
+             "path_effects": [withStroke(linewidth=2, foreground="white", alpha=0.7)]}
+    numbers = [_lux(value) for value in reading.total]
+    to_paper, point = axes.transData.transform, DPI / 72
+    width = max(22.0, (LETTER * max(map(len, numbers)) + 0.4) * 7.2) * point
+    height = 9.0 * point
     taken: list[np.ndarray] = []
-    for at, number in zip(places, numbers, strict=True):
+    for place, at, number in zip(places, to_paper(places), numbers, strict=True):
         if _free(at, taken, width, height):
             taken.append(at)
-            sheet.text(*at, number, 7.2, colour="#202020", veil=0.5)
-    for level, pieces in zip(tick_labels(levels), contours, strict=True):
+            axes.text(*place, number, fontsize=7.2, color="#202020", **style)
+    style |= {"fontsize": 8, "color": CONTOUR_COLOUR, "weight": "bold"}
+    for level, pieces in zip(lines.levels, lines.allsegs, strict=True) if lines else ():
         for piece in pieces:
-            if np.linalg.norm(np.diff(piece, axis=0), axis=1).sum() < 3 * width:
+            path = to_paper(piece)
+            if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < 3 * width:
                 continue
-            order = np.argsort(np.abs(np.arange(len(piece)) - len(piece) / 2), kind="stable")
-            spot = next((piece[k] for k in order if _free(piece[k], taken, 1.15 * width, 1.3 * height)), None)
+            order = np.argsort(np.abs(np.arange(len(path)) - len(path) / 2), kind="stable")
+            spot = next((k for k in order if _free(path[k], taken, 1.15 * width, 1.3 * height)), None)
             if spot is not None:
-                taken.append(spot)
-                sheet.text(*spot, level, 8, "-Bold", CONTOUR_COLOUR, veil=0.8)
+                taken.append(path[spot])
+                axes.text(*piece[spot], f"{level:g}", **style)
 
 
 def _free(at: np.ndarray, taken: list[np.ndarray], width: float, height: float) -> bool:
@@ -218,10 +241,18 @@ def _room(scene: Scene, grid: Grid, axes_of: np.ndarray
     return cut(scene.room.shell), shapes
 
 
-def _draw_shapes(frame: Frame, shapes: list[tuple[str, np.ndarray]]) -> None:
-    for label, points in shapes:
-        for line in [points] if len(points) > 1 else cross_mark(points[0], CROSS_SIZE * POINT / frame.scale):
-            frame.line(line, *LINE_STYLES[label])
+def _draw_room(axes, walls: np.ndarray, shapes: list[tuple[str, np.ndarray]]) -> None:
+    """Draw the room's section (m, 2, 2) [m], and the lines and point luminaires of `_room`."""
+    from matplotlib.collections import LineCollection
+
+    axes.add_collection(LineCollection(walls, colors="black", linewidths=1.6, zorder=5), autolim=False)
+    for label in dict.fromkeys(label for label, _ in shapes):
+        lines = [points for each, points in shapes if each == label]
+        if label in LINE_STYLES:
+            axes.add_collection(LineCollection(lines, label=label, **LINE_STYLES[label]), autolim=False)
+        else:
+            axes.plot(*np.vstack(lines).T, "x", color="#cc2222", zorder=6, label=label,
+                      scalex=False, scaley=False)
 
 
 def _section(triangles: np.ndarray, normal: np.ndarray, at: np.ndarray) -> np.ndarray:
