@@ -19,13 +19,13 @@ from renderer.colour.bands import BAND_SETS
 from renderer.errors import InputError
 from renderer.readings.glare import Glare
 from renderer.readings.grid import GridReading
-from renderer.readings.luminance import cone
+from renderer.readings.luminance import Cone
 from renderer.readings.reading import Reading
 from renderer.readings.uncertainty import Figure
 from renderer.scene import reading as scene_reading
 from renderer.scene.meter_tables import MAX_ACCEPTANCE_DEG, MIN_ACCEPTANCE_DEG
 from renderer.scene.scene import Scene as LoadedScene
-from renderer.solving.measure import mean_luminance, rate_glare, read_grid
+from renderer.solving.measure import mean_luminances, rate_glare, read_grid
 from renderer.solving.solution import Solution as Solved
 from renderer.solving.solution import solve as solve_scene
 from renderer.solving.transport_store import Progress, TransportStore
@@ -128,8 +128,9 @@ class Solution(Solved):
         low, high = MIN_ACCEPTANCE_DEG, MAX_ACCEPTANCE_DEG
         if not (_is_number(angle, Real) and low <= angle <= high):
             raise InputError(f"angle is {quoted(angle)}; must be from {low:g} to {high:g} degrees.")
-        axis = cone(_direction(direction, "direction"), float(angle), self.scene.solver.seed)
-        return mean_luminance(self, _vector(position, "position"), axis, str(name))
+        axis = _direction(direction, "direction")
+        view = Cone(axis / np.linalg.norm(axis), float(angle))
+        return mean_luminances(self, [(_vector(position, "position"), view, str(name))])[0]
 
     def spot_meters(self) -> list[Figure]:
         """Read the scene's luminance meters, in order [cd/m²]."""
@@ -147,8 +148,8 @@ class Solution(Solved):
         >>> 10 < solution.ugr([0.5, 2.7, 1.2], [1, 0, 0]).rating < 30
         True
         """
-        return rate_glare(self, _vector(position, "position"), _direction(direction, "direction"),
-                                  str(name))
+        eye = _vector(position, "position"), _direction(direction, "direction"), str(name)
+        return rate_glare(self, [eye])[0]
 
     def observers(self) -> list[Glare]:
         """Rate the glare of the scene's observers, in order."""

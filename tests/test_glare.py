@@ -8,7 +8,6 @@ import pytest
 
 import renderer
 from renderer.readings.glare import position_index
-from renderer.solving.measure import rate_glare
 
 SMALL = {"name": "small", "shape": "rectangle", "center": [2, 3.5, 3.0], "normal": [0, 0, -1],
          "size": [0.15, 0.15], "flux": 500.0}
@@ -42,7 +41,7 @@ def by_hand(lamp: dict, eye, background: float, area: float, intensity: float) -
 
 def test_one_small_panel_by_hand(room):
     solution = renderer.solve(room(0.5, luminaires=[SMALL]), accuracy=0.05)
-    found = rate_glare(solution, EYE, AHEAD)
+    found = solution.ugr(EYE, AHEAD)
     cosine = 1.8 / hypot(3.0, 1.8)
     expected = by_hand(SMALL, EYE, solution.photometer(EYE, AHEAD).indirect_lx / pi, 0.0225 * cosine,
                        500 / pi * cosine)
@@ -58,7 +57,7 @@ def test_one_small_panel_by_hand(room):
 def test_a_point_is_rated_by_its_intensity(room):
     lamp = {"name": "bulb", "shape": "point", "center": [2, 3.5, 2.5], "intensity": 100.0}
     solution = renderer.solve(room(0.5, luminaires=[lamp]), accuracy=0.05)
-    found = rate_glare(solution, EYE, AHEAD)
+    found = solution.ugr(EYE, AHEAD)
     expected = by_hand(lamp, EYE, found.background, 0.005, 100.0)  # L²ω = 200 I²/r² (CIE 147)
     assert found.rating == pytest.approx(expected, abs=1e-6)
     assert "CIE 147" in found.notes[0]
@@ -67,7 +66,7 @@ def test_a_point_is_rated_by_its_intensity(room):
 def test_lumens_raise_it_and_a_mirrored_pair_does_not(room):
     pair = [{**SMALL, "name": str(x), "center": [x, 3, 3.0]} for x in (1.2, 2.8)]
     rooms = [room(0.5, luminaires=lamps) for lamps in (pair[:1], [{**pair[0], "flux": 2000.0}], pair)]
-    one, brighter, both = (rate_glare(renderer.solve(scene, accuracy=0.05), EYE, AHEAD).rating
+    one, brighter, both = (renderer.solve(scene, accuracy=0.05).ugr(EYE, AHEAD).rating
                            for scene in rooms)
     assert brighter - one == pytest.approx(8 * log10(4), abs=1e-9)  # L² over L_b
     # Twice the sum over twice the background, by symmetry: but for what sampling the two panels differ.
@@ -80,7 +79,7 @@ def test_lumens_raise_it_and_a_mirrored_pair_does_not(room):
     ([0.2, 3.4, 2.5], [0, 1, 0]),  # T/R = 18
 ])
 def test_luminaires_out_of_the_field_of_view_do_not_count(room, eye, toward):
-    found = rate_glare(renderer.solve(room(0.5, luminaires=[SMALL]), accuracy=0.1), eye, toward)
+    found = renderer.solve(room(0.5, luminaires=[SMALL]), accuracy=0.1).ugr(eye, toward)
     assert found.rating is None
     assert found.uncertainty is None
     assert "no luminaire is seen" in found.reason
@@ -89,21 +88,21 @@ def test_luminaires_out_of_the_field_of_view_do_not_count(room, eye, toward):
 def test_a_partition_hides_a_luminaire(room):
     wall = {"shape": "box", "position": [0, 2, 0], "size": [4, 0.1, 3.0]}
     solution = renderer.solve(room(0.5, luminaires=[SMALL], objects=[wall]), accuracy=0.1)
-    assert "in sight" in rate_glare(solution, EYE, AHEAD).reason
+    assert "in sight" in solution.ugr(EYE, AHEAD).reason
     low = {**wall, "size": [4, 0.1, 1.0]}
-    open_ = rate_glare(renderer.solve(room(0.5, luminaires=[SMALL], objects=[low]), accuracy=0.1), EYE, AHEAD)
+    open_ = renderer.solve(room(0.5, luminaires=[SMALL], objects=[low]), accuracy=0.1).ugr(EYE, AHEAD)
     assert open_.rating > 10
 
 
 def test_black_walls_have_no_background(room):
-    found = rate_glare(renderer.solve(room(0.0, luminaires=[SMALL]), accuracy=0.1), EYE, AHEAD)
+    found = renderer.solve(room(0.0, luminaires=[SMALL]), accuracy=0.1).ugr(EYE, AHEAD)
     assert found.rating is None
     assert "background is black" in found.reason
 
 
 def test_a_luminous_ceiling_is_divided_and_says_so(room):
     ceiling = {**SMALL, "center": [2, 2, 3.0], "size": [3.9, 3.9], "flux": 5000.0}
-    found = rate_glare(renderer.solve(room(0.5, luminaires=[ceiling]), accuracy=0.1), EYE, AHEAD)
+    found = renderer.solve(room(0.5, luminaires=[ceiling]), accuracy=0.1).ugr(EYE, AHEAD)
     assert np.isfinite(found.rating)
     assert "0.1 sr" in found.notes[0]
 

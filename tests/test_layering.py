@@ -62,7 +62,7 @@ def test_single_precision_is_where_it_was_measured_harmless():
     # solution; a file format's.
     known = {"transport.rays.ray_scene", "transport.rays.sampling", "transport.factors.contour",
              "transport.mesh.edge_lines", "transport.factors.exchange", "transport.radiosity.solve",
-             "readings.final_gather", "pictures.exr", "scene.model_files.ply"}
+             "readings.final_gather", "readings.path_starts", "pictures.exr", "scene.model_files.ply"}
     assert known == {module(path) for path in FILES if "float32" in path.read_text()}
 
 

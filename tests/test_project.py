@@ -7,7 +7,6 @@ from conftest import PANEL
 
 import renderer
 from renderer.scene.reading import load
-from renderer.solving.measure import rate_glare
 
 METER = {"name": "desk", "position": [2.0, 2.0, 0.8]}
 
@@ -24,7 +23,7 @@ def test_readings_are_maintained_values_and_glare_is_of_new_luminaires(room_file
     solutions = [renderer.solve(scene, "rgb", accuracy=0.1) for scene in (new, old)]
     initial, maintained = (solution.photometers()[0].total_lx for solution in solutions)
     assert maintained == pytest.approx(0.8 * initial, rel=1e-9)  # light is linear in lumens
-    ratings = [rate_glare(solution, (0.5, 2.0, 1.2), (1.0, 0.0, 0.2)).rating for solution in solutions]
+    ratings = [solution.ugr((0.5, 2.0, 1.2), (1.0, 0.0, 0.2)).rating for solution in solutions]
     assert ratings[0] == pytest.approx(ratings[1], abs=1e-6)  # as far as light is solved
 
 

@@ -193,7 +193,8 @@ def luminance(scene: str, *, pixel: str | None = None,
         Acceptance angle of that spot in degrees, over the full cone.
     """
     from renderer.records.json_records import luminance_record, of_run, surface_records
-    from renderer.solving.measure import mean_luminance, surface_luminances
+    from renderer.solving.measure import mean_luminances, surface_luminances
+    from renderer.solving.plan import MIN_ACCURACY_OF_SURFACES_BY_PATHS
     from renderer.studies.luminance_spots import spots_of
     from renderer.studies.reading_tables import luminance_rows, luminance_tables
 
@@ -202,14 +203,16 @@ def luminance(scene: str, *, pixel: str | None = None,
     warn_before(run.scene, run.solving.accuracy)
 
     def read(solution):
-        seen = [mean_luminance(solution, spot.position, spot.directions, spot.name) for spot in spots]
+        seen = mean_luminances(solution, [(spot.position, spot.view, spot.name) for spot in spots])
         surfaces = surface_luminances(solution)
         return (seen, surfaces), seen
 
+    by_paths = run.asked >= MIN_ACCURACY_OF_SURFACES_BY_PATHS
+    meters = len(spots) + len(run.scene.surfaces) if by_paths else None
     with progress_shown(run.quiet) as progress:
-        solution, (seen, surfaces), figures = run.solve(read, progress)
+        solution, (seen, surfaces), figures = run.solve(read, progress, meters)
     record = {**of_run(solution, run.asked, run.seconds),
-              "spots": [luminance_record(figure, spot.position, spot.axis, spot.angle)
+              "spots": [luminance_record(figure, spot.position, spot.view.axis, spot.view.angle)
                         for figure, spot in zip(seen, spots, strict=True)],
               "surfaces": surface_records(solution, surfaces)}
     run.show(solution, figures, record, luminance_tables(record), luminance_rows(record))
@@ -246,7 +249,7 @@ def ugr(scene: str, *, at: Annotated[str | None, Parameter(allow_leading_hyphen=
     warn_before(loaded, run.solving.accuracy)
 
     def read(solution):
-        ratings = [rate_glare(solution, *eye) for eye in eyes]
+        ratings = rate_glare(solution, eyes)
         return ratings, [glare.indirect for glare in ratings]
 
     with progress_shown(run.quiet) as progress:

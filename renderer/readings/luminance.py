@@ -1,10 +1,14 @@
 """The luminance meter: luminance along a ray, over a cone or through a pixel."""
 
+from dataclasses import dataclass
+from typing import Protocol
+
 import numpy as np
 
 from renderer.errors import InputError
 from renderer.readings.meter_place import off_surfaces, refuse_inside, refuse_outside
-from renderer.readings.photometer import READING_RAYS, Meter
+from renderer.readings.path_starts import Sight
+from renderer.readings.photometer import Meter
 from renderer.scene.room import spelt
 from renderer.transport.factors.contour import frames
 from renderer.transport.rays.sampling import REPLICAS, Nets, Stream
@@ -15,39 +19,57 @@ SIGHT_RAYS = 512
 """Rays over a cone or a pixel in each replica."""
 
 
-def squares(seed: int) -> np.ndarray:
-    """Points all over the unit square in replicas (REPLICAS, SIGHT_RAYS, 2)."""
-    nets = Nets(SIGHT_RAYS, 2, (seed, Stream.SPOT_METER), REPLICAS)
-    return nets.draw(0, 1).reshape(REPLICAS, SIGHT_RAYS, 2)
+class SightLines(Protocol):
+    """Sight lines from one eye.
 
-
-def cone(direction: np.ndarray, angle: float, seed: int) -> np.ndarray:
-    """Directions (REPLICAS, SIGHT_RAYS, 3) all over a cone of full `angle` [degrees] about a direction (3,).
+    axis : (3,) unit vector in their middle
     """
-    square = squares(seed)
-    # 1 − cos of half the angle, without cancellation: equal solid angles from equal areas.
-    height = 2 * np.sin(np.radians(angle) / 4) ** 2 * square[..., 0]
-    radius, turn = np.sqrt(height * (2 - height)), 2 * np.pi * square[..., 1]
-    local = np.stack([radius * np.cos(turn), radius * np.sin(turn), 1 - height], axis=-1)
-    return local @ frames(direction[None])[0]
+
+    axis: np.ndarray
+
+    def directions(self, square: np.ndarray) -> np.ndarray:
+        """Unit directions (…, 3) from points (…, 2) of the unit square."""
 
 
-def luminance_meter(transport: Transport, position: np.ndarray, directions: np.ndarray, where: str) -> Meter:
-    """A meter at a point (3,) [m] that reads mean luminance along unit directions (replicas, n, 3).
+@dataclass(frozen=True)
+class Cone:
+    """The sight lines within a cone.
 
-    Raises InputError where the eye is outside the room or inside a solid, or sees nothing.
+    axis : (3,) unit vector; angle : of the whole cone [degrees]
     """
+
+    axis: np.ndarray
+    angle: float
+
+    def directions(self, square: np.ndarray) -> np.ndarray:
+        """Unit directions (…, 3), even in solid angle, from points (…, 2) of the unit square."""
+        # 1 − cos of half the angle, without cancellation: equal solid angles from equal areas.
+        height = 2 * np.sin(np.radians(self.angle) / 4) ** 2 * square[..., 0]
+        radius, turn = np.sqrt(height * (2 - height)), 2 * np.pi * square[..., 1]
+        local = np.stack([radius * np.cos(turn), radius * np.sin(turn), 1 - height], axis=-1)
+        return local @ frames(self.axis[None])[0]
+
+
+def sight_from(transport: Transport, position: np.ndarray, view: SightLines, where: str) -> Sight:
+    """The start of paths along sight lines from a point (3,) [m]. Raises InputError where the eye is outside
+    the room or inside a solid, or sees nothing."""
     refuse_outside(transport, position, where)
-    replicas, n = directions.shape[:2]
-    facing = directions.mean(axis=(0, 1))
-    facing /= np.linalg.norm(facing)
-    eye = off_surfaces(transport, position, facing).origin
+    eye = off_surfaces(transport, position, view.axis).origin
     refuse_inside(transport, eye, where, position)
-    seen = seen_from(transport, eye, directions.reshape(-1, 3))
-    if (seen[0] < 0).any():
-        raise InputError(f"{where}: nothing is seen along {spelt(facing)} from {spelt(position)}. "
+    some = view.directions(Nets(64, 2, (transport.seed, Stream.SPOT_METER)).draw(0, 1)[0])
+    if (seen_from(transport, eye, some)[0] < 0).any():
+        raise InputError(f"{where}: nothing is seen along {spelt(view.axis)} from {spelt(position)}. "
                          "Look into the room.")
-    light = direct_on(transport, *seen, 0, READING_RAYS if replicas * n == 1 else 16)[0]
+    return Sight(eye, view.directions)
+
+
+def luminance_meter(transport: Transport, sight: Sight) -> Meter:
+    """A meter of mean luminance by elements."""
+    replicas, n = REPLICAS, SIGHT_RAYS
+    square = Nets(n, 2, (transport.seed, Stream.SPOT_METER), replicas).draw(0, 1)
+    directions = sight.directions(square).reshape(replicas, n, 3)
+    seen = seen_from(transport, sight.origin, directions.reshape(-1, 3))
+    light = direct_on(transport, *seen, 0, 16)[0]
     weight = np.full(n, 1 / (np.pi * n))
     lamps, sensors = [], []
     for k in range(replicas):

@@ -25,6 +25,11 @@ class MeterPlace:
     normal: np.ndarray
     touched: np.ndarray
 
+    @property
+    def key(self) -> bytes:
+        """Differs between different places."""
+        return self.origin.tobytes() + self.normal.tobytes()
+
 
 def place(transport: Transport, position: np.ndarray, normal: np.ndarray, where: str) -> MeterPlace:
     """The place of a meter at a point (3,) [m] that faces along a unit normal (3,). Raises InputError.

@@ -9,9 +9,10 @@ import numpy as np
 from renderer.colour.bands import BandSet, band_set, narrow_bands
 from renderer.readings.final_gather import PATH_REPLICAS, Gather, gather
 from renderer.readings.meter_place import MeterPlace
+from renderer.readings.path_starts import PathStart, WholeSurface
 from renderer.readings.uncertainty import band_error, half_width, half_widths, rare_half_width, student
 from renderer.solving.radiosity_field import RadiosityField, distinct_bands, solve_field
-from renderer.solving.straight_light import MIN_SHADOW_RAYS, StraightLight
+from renderer.solving.straight_light import MIN_SHADOW_RAYS, NoStraightLight, StraightLight
 from renderer.solving.watch import Watch
 from renderer.transport.radiosity.agglomerate import Groups, agglomerated
 from renderer.transport.radiosity.solve import BAR_TOLERANCE, radiosity
@@ -117,11 +118,13 @@ class BatchReading:
         return [band_error(float(a), float(b)) for a, b in zip(self.these, self.narrow, strict=True)]
 
 
-def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[MeterPlace], accuracy: float,
+def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[PathStart], accuracy: float,
                quadrature: float, areas: bool = False, watch: Watch | None = None,
-               max_rounds: int = 8) -> BatchReading:
+               max_rounds: int = 8, straight: bool = True) -> BatchReading:
     """Read meters by paths, each to the requested accuracy [1] as far as more paths can reach it.
 
+    spots : places of meters, or sights, or whole surfaces
+    straight : whether light straight from luminaires is read, which only places of meters receive
     areas : whether the meters are points of a grid; each point but the minimum may then err by twice as much
     watch : is told the remaining work, and decides whether an interruption keeps the readings so far. Once it
       has stopped, each meter has the smallest number of paths
@@ -130,9 +133,10 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
     watch, found = watch or Watch(), None
     asked = np.full(len(spots), accuracy * (2 if areas else 1))
     paths = _power_of_two(np.minimum(FIRST_PATHS_SHARE * paths_needed(asked) / PATH_REPLICAS, 512))
-    steps = np.ones(len(spots), dtype=int)
+    # A meter's first step averages over its view; a sight and a surface start at that step.
+    steps = np.full(len(spots), 1 if isinstance(spots[0], MeterPlace) else 2)
     luminous = light.bands.luminous
-    tally, some = _Tally(light, fields, spots), np.arange(len(spots))
+    tally, some = _Tally(light, fields, spots, straight), np.arange(len(spots))
     if watch.stopped:
         paths[:] = MIN_PATHS
     rays = np.clip(paths // 2, MIN_SHADOW_RAYS, None)
@@ -153,10 +157,10 @@ def read_batch(light: RadiosityField, fields: GatherFields, spots: Sequence[Mete
             lit = values > 0
             limit = asked * np.where(lit, values, mean_lx / 4)
             wide = bars > limit
-            rays, straight = tally.straight.wanted(limit)
+            rays, next_straight = tally.straight.wanted(limit)
             rays = np.where(wide, rays, tally.straight.rays)
             more, deeper = _next(tally.paths, steps, bars, found.path_errors(), tally.straight.errors(),
-                                 straight, limit)
+                                 next_straight, limit)
             # The bar of a meter that no light has reached falls with its paths: up to 8 times as many in each
             # round, until it has 1024 in a replica.
             dark = tally.paths * np.clip(found.path_errors() / (SAMPLING_SHARE * limit) - 1, 0, 8)
@@ -225,8 +229,8 @@ def _power_of_two(count: np.ndarray) -> np.ndarray:
     return 2 ** np.ceil(np.log2(count) - np.where(count < FEW_PATHS, 0.2, 0.5)).astype(int)
 
 
-def _gathered(transport: Transport, spots: list[MeterPlace], paths: int, round_: int, steps: int) -> Gather:
-    key = ("gather", paths, round_, steps, *(spot.origin.tobytes() + spot.normal.tobytes() for spot in spots))
+def _gathered(transport: Transport, spots: list[PathStart], paths: int, round_: int, steps: int) -> Gather:
+    key = ("gather", paths, round_, steps, *(spot.key for spot in spots))
     if key not in transport.meters:
         made = gather(transport, spots, paths, round_, steps)
         kept = sum(each.beyond.nnz for each in transport.meters.values() if isinstance(each, Gather))
@@ -239,16 +243,19 @@ def _gathered(transport: Transport, spots: list[MeterPlace], paths: int, round_:
 class _Tally:
     """Sums of several meters' readings over rounds, weighted by their numbers of paths; and direct light."""
 
-    def __init__(self, light: RadiosityField, fields: GatherFields, spots: Sequence[MeterPlace]):
+    def __init__(self, light: RadiosityField, fields: GatherFields, spots: Sequence[PathStart],
+                 straight: bool):
         rgb, meters, bands, surfaces = fields.rgb, len(spots), light.flux.shape[1], len(light.reflectance)
         self.light, self.fields, self.paths = light, fields, np.zeros(meters)
-        self.straight = StraightLight(fields.transport, spots, rgb.flux @ rgb.bands.luminous)
+        kind = StraightLight if straight else NoStraightLight
+        self.straight = kind(fields.transport, spots, rgb.flux @ rgb.bands.luminous)
         self.brightest = np.zeros(surfaces)
-        np.maximum.at(self.brightest, fields.transport.mesh.surface, rgb.radiosity @ rgb.bands.luminous)
+        if not isinstance(spots[0], WholeSurface):  # whose paths all start on the surface that is read
+            np.maximum.at(self.brightest, fields.transport.mesh.surface, rgb.radiosity @ rgb.bands.luminous)
         shapes = (bands,), (surfaces,), (2, surfaces), (PATH_REPLICAS, surfaces), (2,), (PATH_REPLICAS,)
         self.sums = [np.zeros((meters, *shape)) for shape in shapes]
 
-    def follow(self, spots: Sequence[MeterPlace], some: np.ndarray, steps: np.ndarray, paths: np.ndarray,
+    def follow(self, spots: Sequence[PathStart], some: np.ndarray, steps: np.ndarray, paths: np.ndarray,
                round_: int) -> None:
         """Follow paths of some meters and add their light. steps, paths : (n_meters,) steps of each path, and
         number of paths of each meter"""

@@ -7,13 +7,15 @@ import numpy as np
 
 from renderer.readings.glare import Glare, rate
 from renderer.readings.grid import GridReading, readable, summarise
-from renderer.readings.luminance import luminance_meter
+from renderer.readings.luminance import SightLines, luminance_meter, sight_from
 from renderer.readings.meter_place import place
+from renderer.readings.path_starts import Sight, WholeSurface
 from renderer.readings.uncertainty import Figure, band_error, half_widths
 from renderer.scene.grids import Grid
 from renderer.solving.mesh_sequence import meter_per_transport
 from renderer.solving.solution import Solution
 from renderer.system.threads import run_concurrently
+from renderer.transport.rays.sampling import REPLICAS
 
 
 def read_grid(solution: Solution, grid: Grid) -> GridReading:
@@ -60,13 +62,22 @@ def _where(solution: Solution, grid: Grid) -> str:
     return f"{solution.scene.path}: photometer_grids {grid.name!r}"
 
 
-def mean_luminance(solution: Solution, position, directions: np.ndarray, name: str) -> Figure:
-    """Mean luminance [cd/m²] from a point (3,) [m] along unit directions (replicas, n, 3). Raises InputError
-    for a point outside the room or inside an object."""
-    where, position = f"{solution.scene.path}: {name!r}", np.asarray(position, dtype=float)
+def mean_luminances(solution: Solution, spots: list[tuple[np.ndarray, SightLines, str]]) -> list[Figure]:
+    """Mean luminance [cd/m²] from each eye (3,) [m] along the sight lines of its view, by position, view and
+    name. Raises InputError for a point outside the room or inside an object."""
+    sights = [sight_from(solution.transport, np.asarray(position, dtype=float), view,
+                         f"{solution.scene.path}: {name!r}") for position, view, name in spots]
+    names = [name for *_, name in spots]
+    if sights and solution.by_paths(len(sights)):
+        return _luminances(solution, sights, names)
+    return [_luminance(solution, sight, name) for sight, name in zip(sights, names, strict=True)]
+
+
+def _luminance(solution: Solution, sight: Sight, name: str) -> Figure:
+    """One mean luminance, by elements."""
     mesh_sequence = solution.mesh_sequence
-    meter = meter_per_transport(lambda transport: luminance_meter(transport, position, directions, where))
-    replicas = mesh_sequence.replicas or mesh_sequence.meshes[:1] * len(directions)
+    meter = meter_per_transport(lambda transport: luminance_meter(transport, sight))
+    replicas = mesh_sequence.replicas or mesh_sequence.meshes[:1] * REPLICAS
     replicas = np.array([each.read_lx(meter(each), k) for k, each in enumerate(replicas)])
     errors = half_widths(
         np.array([each.read_lx(meter(each)) for each in mesh_sequence.meshes]),
@@ -75,6 +86,15 @@ def mean_luminance(solution: Solution, position, directions: np.ndarray, name: s
         solution.quadrature,
     )
     return Figure(name, float(solution.read_lx(meter(solution)).sum()), *errors, "cd/m²")
+
+
+def _luminances(solution: Solution, starts: list[Sight | WholeSurface], names: list[str]) -> list[Figure]:
+    """Mean luminances, all of one kind together, by paths."""
+    batch = solution.batch(starts, straight=False)
+    values = batch.indirect @ solution.bands.luminous / np.pi
+    errors = batch.errors(solution.quadrature) / np.pi
+    return [Figure(name, float(value), *map(float, error), "cd/m²")
+            for name, value, error in zip(names, values, errors, strict=True)]
 
 
 def stray_light(solution: Solution) -> tuple[float, str]:
@@ -90,17 +110,24 @@ def stray_light(solution: Solution) -> tuple[float, str]:
 
 
 def surface_luminances(solution: Solution) -> list[Figure]:
-    """Mean luminance [cd/m²] of the uncovered area of each surface of the room and each body."""
+    """Mean luminance [cd/m²] of the uncovered area of each surface of the room and each body: by paths where
+    the mesh is made for these, else of the solved patches."""
+    areas = np.bincount(solution.transport.mesh.surface, solution.transport.exchange.areas,
+                        len(solution.scene.surfaces))
+    shown = [k for k, surface in enumerate(solution.scene.surfaces)
+             if surface.kind != "luminaire" and areas[k] > 0]
+    if solution.plan.gathered:
+        return _luminances(solution, [WholeSurface(k) for k in shown],
+                           [solution.scene.surfaces[k].name for k in shown])
     mesh_sequence, own = solution.mesh_sequence, _mean_luminances(solution)
     meshes, replicas = (np.array([_mean_luminances(each) for each in some]).reshape(-1, len(own))
                      for some in (mesh_sequence.meshes, mesh_sequence.replicas))
     meshes = np.nan_to_num(meshes)  # NaN: the coarser mesh has no exposed patch of the surface
     found = []
-    for k, surface in enumerate(solution.scene.surfaces):
-        if surface.kind != "luminaire" and np.isfinite(own[k]):
-            one = slice(k, k + 1)
-            errors = half_widths(meshes[:, one], replicas[:, one], mesh_sequence.steps, solution.quadrature)
-            found.append(Figure(surface.name, float(own[k]), *errors, "cd/m²"))
+    for k in shown:
+        one = slice(k, k + 1)
+        errors = half_widths(meshes[:, one], replicas[:, one], mesh_sequence.steps, solution.quadrature)
+        found.append(Figure(solution.scene.surfaces[k].name, float(own[k]), *errors, "cd/m²"))
     return found
 
 
@@ -114,13 +141,24 @@ def _mean_luminances(solution: Solution) -> np.ndarray:
     return np.where(area > 0, lumens / (np.pi * np.where(area > 0, area, 1.0)), np.nan)
 
 
-def rate_glare(solution: Solution, position, direction, name: str = "observer") -> Glare:
-    """Rate the glare of an observer whose eye at a point (3,) [m] looks along (3,). Luminaires are rated as
-    new, without the maintenance factor. Raises InputError."""
-    direction = np.asarray(direction, dtype=float)
-    seen = solution.photometer(position, direction, name)
+def rate_glare(solution: Solution, eyes: list[tuple]) -> list[Glare]:
+    """Rate the glare of observers by position (3,) [m], direction (3,) and name. Luminaires are rated as new,
+    without the maintenance factor. Raises InputError."""
+    eyes = [(np.asarray(at, dtype=float), np.asarray(to, dtype=float) / np.linalg.norm(to), name)
+            for at, to, name in eyes]
     new = 1 / solution.scene.project.maintenance_factor
-    indirect = Figure(f"{name}: indirect illuminance", new * seen.indirect_lx, new * seen.mesh_error,
-                      new * seen.sampling_error)
-    return rate(solution.transport, new * solution.flux @ solution.bands.luminous, name, seen.position,
-                direction / np.linalg.norm(direction), indirect, f"{solution.scene.path}: observer {name!r}")
+    return [rate(solution.transport, new * solution.flux @ solution.bands.luminous, name, position, direction,
+                 Figure(f"{name}: indirect illuminance", *(new * each for each in light)),
+                 f"{solution.scene.path}: observer {name!r}")
+            for (position, direction, name), light in zip(eyes, _indirect(solution, eyes), strict=True)]
+
+
+def _indirect(solution: Solution, eyes: list[tuple]) -> list[tuple[float, float, float]]:
+    """Indirect illuminance at each eye and its errors by mesh and by sampling [lx]."""
+    if not solution.by_paths(len(eyes)):
+        read = [solution.photometer(*eye) for eye in eyes]
+        return [(each.indirect_lx, each.mesh_error, each.sampling_error) for each in read]
+    batch = solution.batch([place(solution.transport, at, to, f"{solution.scene.path}: photometer {name!r}")
+                            for at, to, name in eyes], straight=False)
+    return list(zip((batch.indirect @ solution.bands.luminous).tolist(),
+                    *batch.errors(solution.quadrature).T.tolist(), strict=True))

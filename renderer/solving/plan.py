@@ -25,6 +25,9 @@ under a table, twice that (docs/tradeoff.md). Most readings are several times mo
 MIN_ACCURACY_BY_PATHS = 0.0015
 """Smallest accuracy for which meters are read by paths; below it they are read by all elements that they
 see."""
+MIN_ACCURACY_OF_SURFACES_BY_PATHS = 0.01
+"""Smallest accuracy for which mean luminances of surfaces are read by paths; below it the solved patches take
+less time (docs/decisions.md, D182)."""
 MAX_RAYS = 80_000_000
 """Largest number of rays of all patches: their results and the operator take about 5 GB."""
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from renderer.colour.bands import BandSet, narrow_bands
 from renderer.colour.lamps import spectral_flux
-from renderer.readings.meter_place import MeterPlace, place
+from renderer.readings.meter_place import place
+from renderer.readings.path_starts import PathStart
 from renderer.readings.photometer import Meter, make_meter
 from renderer.readings.reading import Reading
 from renderer.readings.spectrum import reconstructed
@@ -130,12 +131,13 @@ class Solution(RadiosityField):
 
     def by_paths(self, meters: int) -> bool:
         """Whether that many meters are read by paths."""
-        return self.plan.by_paths(meters) and any(lum.lumens for lum in self.scene.luminaires)
+        by_paths = self.plan.gathered or self.plan.by_paths(meters)
+        return by_paths and any(lum.lumens for lum in self.scene.luminaires)
 
-    def batch(self, spots: list[MeterPlace], areas: bool = False) -> BatchReading:
-        """Read meters together, by paths. areas : as in `read_batch`"""
+    def batch(self, spots: list[PathStart], areas: bool = False, straight: bool = True) -> BatchReading:
+        """Read meters together, by paths. areas, straight : as in `read_batch`"""
         return read_batch(self, self.gather_fields, spots, self.plan.accuracy, self.quadrature, areas,
-                          self.watch)
+                          self.watch, straight=straight)
 
     @cached_property
     def gather_fields(self) -> GatherFields:

@@ -6,6 +6,7 @@ import numpy as np
 
 from renderer.readings.final_gather import PATH_REPLICAS
 from renderer.readings.meter_place import MeterPlace
+from renderer.readings.path_starts import PathStart
 from renderer.readings.uncertainty import counted_half_width, student
 from renderer.transport.direct.direct import direct_at, hidden_light, unoccluded
 from renderer.transport.rays.sampling import Stream
@@ -85,6 +86,18 @@ class StraightLight:
         doubled = np.ceil(np.log2(np.maximum(excess, 1.0)) / ORDER).clip(max=np.log2(MAX_SHADOW_RAYS))
         rays = np.minimum(self.rays * 2 ** doubled.astype(int), MAX_SHADOW_RAYS)
         return rays, error * (self.rays / rays) ** ORDER
+
+
+class NoStraightLight(StraightLight):
+    """Nothing: of meters that read indirect light alone, of sights and of surfaces."""
+
+    def __init__(self, transport: Transport, spots: Sequence[PathStart], lumens: np.ndarray):
+        self._transport, self._spots, self._lumens = transport, spots, np.zeros(len(lumens))
+        self.rays, self._bare = np.ones(len(spots), dtype=int), np.zeros((len(spots), len(lumens)))
+        self.per_lumen = np.zeros((PATH_REPLICAS, len(spots), len(lumens)))
+
+    def cast(self, rays: np.ndarray) -> None:
+        """Cast no ray."""
 
 
 def _kept(transport: Transport, spots: list[MeterPlace], rays: int, bare: np.ndarray) -> np.ndarray:

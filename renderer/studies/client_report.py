@@ -110,7 +110,7 @@ def client_room(scene: Scene, accuracy: float | None, seed: int | None, store: T
 
     started = time.perf_counter()
     solution, (readings, grids), _ = solve_until(scene, read, "31", accuracy, seed, store, progress)
-    ratings = [rate_glare(solution, *eye) for eye in eyes]
+    ratings = rate_glare(solution, eyes)
     record = solution_record(solution, readings, accuracy or scene.solver.accuracy,
                              time.perf_counter() - started, grids)
     by_name = {r["name"]: r for r in record["readings"]}

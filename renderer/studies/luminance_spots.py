@@ -5,27 +5,40 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.errors import InputError
-from renderer.pictures.camera import pinhole
-from renderer.readings.luminance import cone, squares
+from renderer.pictures.pinhole import Pinhole, pinhole
+from renderer.readings.luminance import Cone
 from renderer.scene.meter_tables import MAX_ACCEPTANCE_DEG, MIN_ACCEPTANCE_DEG
 from renderer.scene.scene import Scene
 
 
 @dataclass(frozen=True)
-class LuminanceSpot:
-    """One reading of luminance.
+class Pixel:
+    """The sight lines through a pixel of a camera; x, y : of the pixel, from the upper left one."""
 
-    position : (3,) [m]
-    directions : (n_replicas, n, 3) unit vectors in the cone or pixel
-    axis : (3,) unit vector
-    angle : of the whole cone [degrees]; None for a pixel
-    """
+    camera: Pinhole
+    x: int
+    y: int
+
+    angle = None
+    """It has no cone, whose angle this would be [degrees]."""
+
+    @property
+    def axis(self) -> np.ndarray:
+        """Unit direction (3,) through the pixel's middle."""
+        return self.directions(np.array([0.5, 0.5]))
+
+    def directions(self, square: np.ndarray) -> np.ndarray:
+        """Unit directions (…, 3), even in the pixel's area, from points (…, 2) of the unit square."""
+        return self.camera.directions(self.x + square[..., 0], self.y + square[..., 1])
+
+
+@dataclass(frozen=True)
+class LuminanceSpot:
+    """One reading of luminance. position : (3,) [m] of the eye; view : its sight lines"""
 
     name: str
     position: np.ndarray
-    directions: np.ndarray
-    axis: np.ndarray
-    angle: float | None
+    view: Cone | Pixel
 
 
 def spots_of(scene: Scene, pixel: str | None, sight: tuple | None, angle: float) -> list[LuminanceSpot]:
@@ -43,14 +56,13 @@ def spots_of(scene: Scene, pixel: str | None, sight: tuple | None, angle: float)
         if not MIN_ACCEPTANCE_DEG <= angle <= MAX_ACCEPTANCE_DEG:
             raise InputError(f"--angle is {angle:g}; must be from {MIN_ACCEPTANCE_DEG} to "
                              f"{MAX_ACCEPTANCE_DEG:g} degrees.")
-        return [_spot("at " + ",".join(f"{x:g}" for x in sight[0]), *sight, angle, scene.solver.seed)]
-    return [_spot(s.name, s.position, s.toward, s.angle, scene.solver.seed) for s in scene.spot_meters]
+        return [_spot("at " + ",".join(f"{x:g}" for x in sight[0]), *sight, angle)]
+    return [_spot(s.name, s.position, s.toward, s.angle) for s in scene.spot_meters]
 
 
-def _spot(name: str, position, toward, angle: float, seed: int) -> LuminanceSpot:
+def _spot(name: str, position, toward, angle: float) -> LuminanceSpot:
     axis = np.array(toward, dtype=float) / np.abs(toward).max()
-    axis /= np.linalg.norm(axis)
-    return LuminanceSpot(name, np.array(position, dtype=float), cone(axis, angle, seed), axis, angle)
+    return LuminanceSpot(name, np.array(position, dtype=float), Cone(axis / np.linalg.norm(axis), angle))
 
 
 def _pixel(scene: Scene, text: str) -> LuminanceSpot:
@@ -66,7 +78,4 @@ def _pixel(scene: Scene, text: str) -> LuminanceSpot:
         raise InputError(f"--pixel is {text!r}; must be x,y, whole numbers from 0,0 to "
                          f"{width - 1},{height - 1}.")
     camera = pinhole(scene.camera)
-    inside = squares(scene.solver.seed)
-    axis = camera.directions(np.array([x + 0.5]), np.array([y + 0.5]))[0]
-    directions = camera.directions(x + inside[..., 0], y + inside[..., 1])
-    return LuminanceSpot(f"pixel {x},{y}", camera.position, directions, axis, None)
+    return LuminanceSpot(f"pixel {x},{y}", camera.position, Pixel(camera, x, y))
