@@ -268,7 +268,7 @@ def test_ctrl_c_keeps_readings(folder):
 
 
 @pytest.mark.parametrize(("command", "rooms", "accuracy", "line", "word"), [
-    ("report", 2, "10%", "B: ", "report.html"), ("ugr", 1, "0.15%", "is not known to", "eye"),
+    ("report", 2, "10%", "B: ", "report.html"), ("ugr", 1, "0.15%", "% requested; ", "eye"),
     ("photometer", 1, "0.15%", "% requested; ", "behind"), ("luminance", 1, "5%", "solving finer", "spot")])
 def test_interrupted_commands_keep_readings(folder, here, monkeypatch, command, rooms, accuracy, line, word):
     """The signal comes with a line of progress, in this process."""
