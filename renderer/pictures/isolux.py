@@ -90,7 +90,7 @@ def _lay_out(figure, axes, size: np.ndarray, title: str, caption: str, filled) -
 
 def _caption(reading: GridReading) -> str:
     parts = [f"Ē {_lux(reading.mean.value)} ± {reading.mean.uncertainty:.2g} lx",
-             f"E_min {_lux(reading.least.value)} lx", f"E_max {_lux(reading.most.value)} lx"]
+             f"Eₘᵢₙ {_lux(reading.least.value)} lx", f"Eₘₐₓ {_lux(reading.most.value)} lx"]
     if reading.uniformity is not None:
         parts.append(f"U₀ {reading.uniformity:.3f} ± {reading.uniformity_error:.1g}")
     points = f"{reading.grid.counts[0]} × {reading.grid.counts[1]} points"

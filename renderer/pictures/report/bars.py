@@ -6,9 +6,9 @@ from scipy import sparse
 from renderer.pictures.camera import View
 from renderer.readings.uncertainty import READING_ROUNDING, step_shares, student
 from renderer.solving.solution import Solution
-from renderer.transport.direct.direct import SHADOW_RAYS, unoccluded
-from renderer.transport.rays.sampling import REPLICAS
-from renderer.transport.sensors import direct_on, seen_from
+from renderer.transport.direct.direct import SHADOW_RAYS, direct_at, unoccluded
+from renderer.transport.rays.sampling import REPLICAS, Stream
+from renderer.transport.sensors import seen_from
 
 
 def patch_bars(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
@@ -83,9 +83,10 @@ def shadow_bars(view: View) -> sparse.csr_array:
     bare = unoccluded(points, normals, transport.luminaires)
     dimmed = (view.light[pixel] < (1 - 1e-9) * bare) & (view.light[pixel] > 0)
     some = dimmed.any(axis=1)
-    pixel, patch, s, t = pixel[some], patch[some], s[some], t[some]
-    rays = SHADOW_RAYS // 4  # of each replica
-    parts = direct_on(transport, patch, s, t, 2, rays, REPLICAS)
+    pixel, rays = pixel[some], SHADOW_RAYS // 4  # of each replica
+    seed = transport.seed, Stream.DIRECT_ON_ELEMENTS, 2
+    parts = direct_at(points[some], normals[some], transport.luminaires, transport.ray_scene, seed, rays,
+                      replicas=REPLICAS, bare=np.where(dimmed, bare, 0.0)[some])
     half = student(len(parts)) * parts.std(axis=0, ddof=1) * np.sqrt(rays / SHADOW_RAYS)
     # Where all replicas agree, as at the rim of a penumbra, an error of half a ray remains.
     half = np.hypot(half, np.where(dimmed[some], bare[some] / (2 * SHADOW_RAYS), 0.0))
