@@ -5,8 +5,8 @@
 Rows: office, open_plan, columns, growth, furnished, red, pendants, height, looser, meters, plan, bands,
 start, render; without an argument all of them run, each in a separate process, so that a failure appears in
 its row. The peer is Mitsuba 3: all meters of a room as one batch sensor, in a running process, until each bar
-has the width requested of ours; for the pendants it is Radiance, meter by meter on every core. Our time is
-from a loaded scene to all readings (`trade_rooms.py`), or of whole commands (`trade_commands.py`), without
+has the width requested of ours; for the pendants it is Radiance, all meters in one run on each core. Our time
+is from a loaded scene to all readings (`trade_rooms.py`), or of whole commands (`trade_commands.py`), without
 the cache. Prints the versions, and for each row both times, their ratio (which counts) and the aim;
 `performance.py` has form factors and a million patches. Run nothing else meanwhile. DRJIT_LIBLLVM_PATH names
 an LLVM for Mitsuba.

@@ -71,5 +71,8 @@ def _add_asked(axes, asked: Sequence) -> None:
     axes.plot([a.seconds for a in asked], errors, color=colour, marker="P", ms=8, lw=1.6, zorder=6,
               label="--accuracy, with grids and bars")
     for a, error in zip(asked, errors, strict=True):
-        axes.annotate(f"{100 * a.accuracy:g} %", (a.seconds, error), (5, 4), zorder=7, fontsize=8,
-                      textcoords="offset points", color=colour)
+        # Beside a marker close to its right the label is on the left.
+        crowded = any(a.seconds <= b.seconds < 1.5 * a.seconds and 0.8 < other / error < 1.25
+                      for b, other in zip(asked, errors, strict=True) if b is not a)
+        axes.annotate(f"{100 * a.accuracy:g} %", (a.seconds, error), (-5 if crowded else 5, 4), zorder=7,
+                      fontsize=8, textcoords="offset points", color=colour, ha="right" if crowded else "left")

@@ -56,18 +56,21 @@ def sight_from(transport: Transport, position: np.ndarray, view: SightLines, whe
     refuse_outside(transport, position, where)
     eye = off_surfaces(transport, position, view.axis).origin
     refuse_inside(transport, eye, where, position)
-    some = view.directions(Nets(64, 2, (transport.seed, Stream.SPOT_METER)).draw(0, 1)[0])
-    if (seen_from(transport, eye, some)[0] < 0).any():
+    if (seen_from(transport, eye, view.directions(_square(transport)))[0] < 0).any():
         raise InputError(f"{where}: nothing is seen along {spelt(view.axis)} from {spelt(position)}. "
                          "Look into the room.")
     return Sight(eye, view.directions)
 
 
+def _square(transport: Transport) -> np.ndarray:
+    """Points (REPLICAS · SIGHT_RAYS, 2) all over the unit square, for sight lines."""
+    return Nets(SIGHT_RAYS, 2, (transport.seed, Stream.SPOT_METER), REPLICAS).draw(0, 1)[0]
+
+
 def luminance_meter(transport: Transport, sight: Sight) -> Meter:
     """A meter of mean luminance by elements."""
     replicas, n = REPLICAS, SIGHT_RAYS
-    square = Nets(n, 2, (transport.seed, Stream.SPOT_METER), replicas).draw(0, 1)
-    directions = sight.directions(square).reshape(replicas, n, 3)
+    directions = sight.directions(_square(transport)).reshape(replicas, n, 3)
     seen = seen_from(transport, sight.origin, directions.reshape(-1, 3))
     light = direct_on(transport, *seen, 0, 16)[0]
     weight = np.full(n, 1 / (np.pi * n))

@@ -75,18 +75,18 @@ def _faults(transport: Transport, positions: np.ndarray, spots: list[MeterPlace]
     """Why a meter cannot stand at each of some points (k, 3) [m]; None where it can."""
     within = _inside_solids(transport, np.array([spot.origin for spot in spots]).reshape(-1, 3))
     points = [lum for lum in transport.luminaires if lum.is_point]
+    centers = np.array([lum.center for lum in points]).reshape(-1, 3)
     found = []
     for position, spot, inside in zip(positions, spots, within, strict=True):
-        on = next((lum.name for lum in points
-                   if np.linalg.norm(position - lum.center) < 1e-6 * transport.mesh.scale), None)
+        on = np.flatnonzero(np.linalg.norm(position - centers, axis=1) < 1e-6 * transport.mesh.scale)
         if (spot.touched @ spot.normal < -1 + 1e-9).any():
             found.append(f" faces the surface it lies on (normal {_short(spot.normal)}) and sees nothing. "
                          "Turn its normal round.")
         elif inside:
             found.append(_inside_object(position))
-        elif on is not None:
-            found.append(f": position {_short(position)} is on the point luminaire {on!r}, where "
-                         "illuminance has no limit. Move one of them.")
+        elif len(on):
+            found.append(f": position {_short(position)} is on the point luminaire {points[on[0]].name!r}, "
+                         "where illuminance has no limit. Move one of them.")
         else:
             found.append(None)
     return found

@@ -82,7 +82,7 @@ def meeting(transport: Transport, origins: np.ndarray, along: np.ndarray) -> tup
 
     origins, along : (3, k) [m] off surfaces, and of any length
     """
-    mesh, along = transport.mesh, np.asarray(along)
+    mesh = transport.mesh
     met = transport.eye.first_hit(origins.T, along.T)
     found = np.maximum(met, 0)
     normal, along = mesh.normal.take(found, axis=0).T, along.astype(float)

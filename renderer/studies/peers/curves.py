@@ -1,11 +1,10 @@
 """Error of the peers against time, with all meters of a room in one run, as an experienced user would run
 them."""
 
-import os
 import tempfile
 import time
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
@@ -61,17 +60,13 @@ def radiance_curve(scene: Scene, error_of: ErrorOf) -> PeerCurve:
     points: list[tuple[float, float]] = []
     with radiance.running(), tempfile.TemporaryDirectory() as folder:
         octree = radiance.write_octree(room, Path(folder))
-        shares = np.array_split(np.arange(len(room.meters)), min(os.cpu_count() or 1, len(room.meters)))
-        with ThreadPoolExecutor(len(shares)) as pool:
-            # Rays of a meter, each with 1,024 ambient rays.
-            for rays in (1, 4, 16, 64, 256, 1024):
-                started = time.perf_counter()
-                read = pool.map(lambda some, rays=rays: radiance.read_many(
-                    octree, [room.meters[k] for k in some], room.luminous, rays), shares)
-                values = np.concatenate(list(read))
-                points.append((time.perf_counter() - started, error_of(values)))
-                if 4 * points[-1][0] > PEER_LIMIT:
-                    break
+        # Rays of a meter, each with 1,024 ambient rays.
+        for rays in (1, 4, 16, 64, 256, 1024):
+            started = time.perf_counter()
+            values = radiance.on_each_core(octree, room, rays).mean(axis=1)
+            points.append((time.perf_counter() - started, error_of(values)))
+            if 4 * points[-1][0] > PEER_LIMIT:
+                break
     return PeerCurve(radiance.NAME, version("pyradiance"), tuple(points))
 
 
